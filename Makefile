@@ -1,0 +1,77 @@
+# gnpd: geometry of point clouds as a service. `make help` lists the targets.
+BUILD   ?= build
+PREFIX  ?= /usr/local
+DESTDIR ?=
+CC      ?= cc
+SAN     ?=
+comma   := ,
+
+PKGS_CORE   := openblas
+PKGS_PROTO  := jansson zlib libzip
+PKGS_SERVER := libmicrohttpd
+PKGS_CLIENT := libcurl libpng
+
+# FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
+LIBS_CORE   := -lflann -lopenblas -lm
+LIBS_PROTO   = $(shell pkg-config --libs $(PKGS_PROTO))
+LIBS_SERVER  = $(shell pkg-config --libs $(PKGS_SERVER))
+LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))
+
+OPT      ?= -O3
+WARN     := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes
+CFLAGS   += -std=c11 -D_GNU_SOURCE $(OPT) -g $(WARN) -fno-math-errno -fno-trapping-math -pthread -MMD -MP
+CPPFLAGS += -Icore -Iproto -Iserver -Iclients -Itests
+LDFLAGS  += -pthread
+
+ifneq ($(SAN),)
+BUILD    := $(BUILD)/$(subst $(comma),-,$(SAN))
+CFLAGS   += -fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all
+LDFLAGS  += -fsanitize=$(SAN)
+endif
+CORE   := $(wildcard core/*.c)
+PROTO  := $(wildcard proto/*.c)
+SERVER := $(filter-out server/gnpd.c,$(wildcard server/*.c))
+CLIENT := $(filter-out clients/gnp.c,$(wildcard clients/*.c))
+UNIT   := $(wildcard tests/test_*.c)
+object  = $(patsubst %.c,$(BUILD)/%.o,$(1))
+
+PROGRAMS := $(BUILD)/gnpd $(BUILD)/gnp
+TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(UNIT))
+
+.DEFAULT_GOAL := all
+.SECONDARY:
+.PHONY: all demo test unit check bench validate scans openapi install deps clean help libraries
+
+all: $(PROGRAMS) ## build gnpd (the daemon) and gnp (the command line)
+
+# Names the Debian package that brings what is missing before the compiler stumbles over it.
+$(BUILD)/.libraries: deploy/install-deps.sh
+	@deploy/install-deps.sh --check build
+	@mkdir -p $(@D) && touch $@
+
+$(BUILD)/%.o: %.c | $(BUILD)/.libraries
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+
+$(BUILD)/libgnp.a: $(call object,$(CORE))
+	rm -f $@ && $(AR) rcs $@ $^
+$(BUILD)/libgnpproto.a: $(call object,$(PROTO))
+	rm -f $@ && $(AR) rcs $@ $^
+$(BUILD)/libgnpserver.a: $(call object,$(SERVER))
+	rm -f $@ && $(AR) rcs $@ $^
+$(BUILD)/libgnpclient.a: $(call object,$(CLIENT))
+	rm -f $@ && $(AR) rcs $@ $^
+
+LIB_CORE   := $(BUILD)/libgnp.a
+LIB_PROTO  := $(BUILD)/libgnpproto.a $(LIB_CORE)
+LIB_SERVER := $(BUILD)/libgnpserver.a $(LIB_PROTO)
+LIB_CLIENT := $(BUILD)/libgnpclient.a $(LIB_PROTO)
+
+$(BUILD)/gnpd: $(BUILD)/server/gnpd.o $(LIB_SERVER)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
+$(BUILD)/gnp: $(BUILD)/clients/gnp.o $(LIB_CLIENT)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+$(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libgnpserver.a $(BUILD)/libgnpclient.a $(LIB_PROTO)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+
+-include $(shell test -d $(BUILD) && find $(BUILD) -name '*.d' -not -path '$(BUILD)/*-*/*')

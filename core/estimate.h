@@ -1,0 +1,53 @@
+/* Geometry at every point of a cloud: order, neighbours, patches, coefficients, surface, quantities. */
+#ifndef GNP_CORE_ESTIMATE_H
+#define GNP_CORE_ESTIMATE_H
+
+#include "cloud.h"
+#include "pool.h"
+#include "quantity.h"
+#include "status.h"
+#include "task.h"
+
+enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_KINDS };
+enum gnp_cover { GNP_COVER_COVER, GNP_COVER_ALL };
+enum gnp_basis_kind { GNP_BASIS_TENSOR, GNP_BASIS_TOTAL };
+enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR }; /* (1-r)^4, 1, 1.2-r */
+
+struct gnp_estimate_options {
+	int estimator;        /* enum gnp_estimator_kind */
+	int cover;            /* enum gnp_cover */
+	int k;                /* neighbours that set the patch radius epsilon = 1.1 r_k; 12..500 */
+	int degree;           /* of the Legendre basis; 1..7 */
+	int basis;            /* enum gnp_basis_kind */
+	int weight;           /* enum gnp_weight_kind */
+	uint64_t quantities;  /* GNP_QUANTITY_BIT mask */
+};
+
+/* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
+struct gnp_estimate_options gnp_estimate_defaults(void);
+
+/* Coefficients of a basis of this kind and degree: (d+1)^2 or (d+1)(d+2)/2. */
+size_t gnp_basis_size(enum gnp_basis_kind basis, unsigned degree);
+
+/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order. */
+struct gnp_estimate {
+	size_t count;
+	size_t basis_size;                   /* width of surface_coefficients */
+	double *values[GNP_QUANTITY_COUNT];  /* (count, width) each; NULL where not asked for */
+	int normals_estimated;               /* 1 when the cloud came without normals */
+	size_t components;                   /* connected components oriented; 0 when normals were given */
+	size_t patches;                      /* patches fitted */
+	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
+};
+
+/* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
+ * On failure *out is unchanged. task may be NULL. */
+gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                            struct gnp_error *error);
+void gnp_estimate_clear(struct gnp_estimate *estimate);
+
+/* Peak bytes gnp_estimate_run may allocate for count points, for admission control. */
+size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options);
+
+#endif

@@ -1,0 +1,84 @@
+#include "task.h"
+
+#include <time.h>
+
+static const char *const stage_names[GNP_STAGE_COUNT] = {
+#define GNP_STAGE_NAME(id, name) [id] = name,
+	GNP_STAGE_TABLE(GNP_STAGE_NAME)
+#undef GNP_STAGE_NAME
+};
+
+double gnp_clock(void)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_MONOTONIC, &now);
+	return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void gnp_task_init(struct gnp_task *task)
+{
+	atomic_init(&task->cancelled, GNP_OK);
+	atomic_init(&task->stage, GNP_STAGE_WAITING);
+	atomic_init(&task->done, 0);
+	atomic_init(&task->total, 0);
+	task->started = gnp_clock();
+	for (int i = 0; i < GNP_STAGE_COUNT; i++)
+		task->seconds[i] = 0;
+}
+
+void gnp_task_stop(struct gnp_task *task, gnp_status reason)
+{
+	int none = GNP_OK;
+	atomic_compare_exchange_strong(&task->cancelled, &none, (int)reason);
+}
+
+void gnp_task_cancel(struct gnp_task *task)
+{
+	gnp_task_stop(task, GNP_CANCELLED);
+}
+
+gnp_status gnp_task_check(const struct gnp_task *task, struct gnp_error *error)
+{
+	if (!task)
+		return GNP_OK;
+	gnp_status reason = (gnp_status)atomic_load_explicit(&task->cancelled, memory_order_relaxed);
+	if (reason != GNP_OK)
+		gnp_error_set(error, reason, "%s", gnp_status_text(reason));
+	return reason;
+}
+
+void gnp_task_stage(struct gnp_task *task, enum gnp_stage stage, size_t total)
+{
+	if (!task)
+		return;
+	double now = gnp_clock();
+	task->seconds[atomic_load(&task->stage)] += now - task->started;
+	task->started = now;
+	atomic_store(&task->done, 0);
+	atomic_store(&task->total, total);
+	atomic_store(&task->stage, (int)stage);
+}
+
+void gnp_task_advance(struct gnp_task *task, size_t items)
+{
+	if (task)
+		atomic_fetch_add_explicit(&task->done, items, memory_order_relaxed);
+}
+
+double gnp_task_fraction(const struct gnp_task *task)
+{
+	size_t total = atomic_load(&task->total), done = atomic_load(&task->done);
+	if (!total)
+		return 0;
+	return done >= total ? 1 : (double)done / (double)total;
+}
+
+enum gnp_stage gnp_task_current(const struct gnp_task *task)
+{
+	return (enum gnp_stage)atomic_load(&task->stage);
+}
+
+const char *gnp_stage_name(enum gnp_stage stage)
+{
+	return (unsigned)stage < GNP_STAGE_COUNT ? stage_names[stage] : "unknown";
+}

@@ -1,0 +1,62 @@
+/* A unit of work as its observers see it: cancel token, progress, stage and the seconds of each stage.
+ *
+ * One thread (the coordinator) drives a task through its stages; pool workers add to its progress and poll
+ * its cancel flag; any thread may cancel it or read it at any moment without a lock. */
+#ifndef GNP_CORE_TASK_H
+#define GNP_CORE_TASK_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "status.h"
+
+/* Stages of the pipeline; the name is what progress reports and timings show. */
+#define GNP_STAGE_TABLE(X)        \
+	X(GNP_STAGE_WAITING, "waiting")   \
+	X(GNP_STAGE_DECODE, "decode")     \
+	X(GNP_STAGE_ORDER, "order")       \
+	X(GNP_STAGE_NEIGHBORS, "neighbors") \
+	X(GNP_STAGE_ORIENT, "orient")     \
+	X(GNP_STAGE_ESTIMATE, "estimate") \
+	X(GNP_STAGE_ENCODE, "encode")     \
+	X(GNP_STAGE_DONE, "done")
+
+enum gnp_stage {
+#define GNP_STAGE_ENUM(id, name) id,
+	GNP_STAGE_TABLE(GNP_STAGE_ENUM)
+#undef GNP_STAGE_ENUM
+	GNP_STAGE_COUNT
+};
+
+struct gnp_task {
+	atomic_int cancelled;      /* 0, or the gnp_status to stop with */
+	atomic_int stage;          /* enum gnp_stage */
+	atomic_size_t done, total; /* work items of the current stage */
+	double started;            /* monotonic seconds when the current stage began (coordinator only) */
+	double seconds[GNP_STAGE_COUNT]; /* wall seconds spent in each finished stage (coordinator only) */
+};
+
+void gnp_task_init(struct gnp_task *task);
+
+/* Asks the work to stop; it ends with GNP_CANCELLED within one chunk (milliseconds). Idempotent. */
+void gnp_task_cancel(struct gnp_task *task);
+/* The same with another reason, for example GNP_DEADLINE. The first reason wins. */
+void gnp_task_stop(struct gnp_task *task, gnp_status reason);
+
+/* GNP_OK, or the reason set by gnp_task_cancel / gnp_task_stop. task may be NULL (never cancelled). */
+gnp_status gnp_task_check(const struct gnp_task *task, struct gnp_error *error);
+
+/* Coordinator: closes the current stage's clock and opens the next. total may be 0 when unknown. task may be NULL. */
+void gnp_task_stage(struct gnp_task *task, enum gnp_stage stage, size_t total);
+void gnp_task_advance(struct gnp_task *task, size_t items);
+
+/* Any thread: fraction of the current stage in [0, 1], and the stage's name. */
+double gnp_task_fraction(const struct gnp_task *task);
+enum gnp_stage gnp_task_current(const struct gnp_task *task);
+const char *gnp_stage_name(enum gnp_stage stage);
+
+/* Monotonic clock in seconds. */
+double gnp_clock(void);
+
+#endif

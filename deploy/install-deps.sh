@@ -1,0 +1,80 @@
+#!/bin/sh
+# Installs what gnpd needs from the system's packages, or checks that it is there.
+#
+#   install-deps.sh [STAGE...]          install what is missing (apt-get, through sudo when not root)
+#   install-deps.sh --check [STAGE...]  install nothing; say which packages bring what is missing, exit 1 if any
+#   install-deps.sh --list [STAGE...]   print the packages
+#
+# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles). The default is demo.
+set -eu
+
+build='gcc make pkg-config libc6-dev libmicrohttpd-dev libjansson-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
+demo="$build curl ca-certificates"
+test="$demo python3 python3-numpy"
+
+mode=install
+case "${1-}" in
+--check) mode=check; shift ;;
+--list) mode=list; shift ;;
+-h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+esac
+[ $# -gt 0 ] || set -- demo
+
+packages=
+for stage; do
+	case "$stage" in
+	build) packages="$packages $build" ;;
+	demo) packages="$packages $demo" ;;
+	test) packages="$packages $test" ;;
+	*) echo "install-deps.sh: stage: got '$stage', need build, demo or test" >&2; exit 2 ;;
+	esac
+done
+
+# Is what the package brings usable? Libraries and tools may come from elsewhere than dpkg, so those are asked first.
+present() {
+	case "$1" in
+	gcc) command -v cc || command -v gcc ;;
+	make | pkg-config | curl | python3) command -v "$1" ;;
+	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
+	libjansson-dev) pkg-config --exists jansson ;;
+	libpng-dev) pkg-config --exists libpng ;;
+	zlib1g-dev) pkg-config --exists zlib ;;
+	libzip-dev) pkg-config --exists libzip ;;
+	libcurl4-openssl-dev) pkg-config --exists libcurl ;;
+	python3-numpy) /usr/bin/python3 -c 'import numpy' ;;
+	*) return 1 ;;
+	esac >/dev/null 2>&1 && return 0
+	dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed
+}
+
+missing=
+for package in $packages; do
+	case " $missing " in *" $package "*) continue ;; esac
+	[ "$mode" != list ] && present "$package" && continue
+	missing="$missing $package"
+done
+missing=${missing# }
+
+if [ "$mode" = list ]; then
+	echo "$missing" | tr ' ' '\n'
+	exit 0
+fi
+[ -n "$missing" ] || exit 0
+if [ "$mode" = check ]; then
+	echo "missing Debian packages: $missing" >&2
+	echo "'make deps' installs them (or: apt-get install $missing)" >&2
+	exit 1
+fi
+if ! command -v apt-get >/dev/null 2>&1; then
+	echo "This machine has no apt-get. Install what these Debian 12 packages bring, then run this again: $missing" >&2
+	exit 1
+fi
+sudo=
+if [ "$(id -u)" -ne 0 ]; then
+	command -v sudo >/dev/null 2>&1 || { echo "not root and no sudo; run as root: apt-get install $missing" >&2; exit 1; }
+	sudo=sudo
+fi
+echo "installing: $missing"
+$sudo env DEBIAN_FRONTEND=noninteractive apt-get update -qq
+# shellcheck disable=SC2086
+$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $missing >/dev/null

@@ -1,0 +1,58 @@
+/* Files in, files out: PLY, NPY, NPZ, XYZ/TXT/CSV, PCD, OBJ (in), VTK (out). Bodies of /v1 and the command line's files. */
+#ifndef GNP_PROTO_FILE_H
+#define GNP_PROTO_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "message.h"
+#include "status.h"
+#include "tensor.h"
+
+/* enumerator, name (as in ?format=), media type, file extension, readable, writable */
+#define GNP_FORMAT_TABLE(X)                                                               \
+	X(GNP_FORMAT_PLY, "ply", "application/ply", "ply", true, true)                        \
+	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true)                      \
+	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true)                      \
+	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true)                             \
+	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false)                     \
+	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false)                             \
+	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true)                     \
+	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true)
+
+enum gnp_format {
+#define GNP_FORMAT_ENUM(id, name, media, extension, in, out) id,
+	GNP_FORMAT_TABLE(GNP_FORMAT_ENUM)
+#undef GNP_FORMAT_ENUM
+	GNP_FORMAT_COUNT
+};
+
+const char *gnp_format_name(enum gnp_format format);
+const char *gnp_format_media_type(enum gnp_format format);
+bool gnp_format_readable(enum gnp_format format);
+bool gnp_format_writable(enum gnp_format format);
+
+/* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/csv, ...; generic ones such as
+ * application/octet-stream or application/x-www-form-urlencoded are not a format); by the first bytes of a body. */
+bool gnp_format_by_name(const char *name, enum gnp_format *format);
+bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format);
+bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format);
+/* The best writable format for an Accept header; false when none of its types is known (a wildcard gives *format unchanged, true). */
+bool gnp_format_by_accept(const char *accept, enum gnp_format *format);
+
+/* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file.
+ * No count in the file is trusted before the body's size; no more than max_points are decoded (0: no limit; GNP_TOO_LARGE).
+ * Decoded size is bounded before it is allocated. Binary data may borrow from body. On failure *tensors is unchanged. */
+gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, size_t max_points,
+                           struct gnp_tensors *tensors, struct gnp_error *error);
+
+/* Decodes every named array / property of a file as its own tensor (the command line's `convert`, `plot` and tests). */
+gnp_status gnp_file_decode_all(enum gnp_format format, const unsigned char *body, size_t size,
+                               struct gnp_tensors *tensors, struct gnp_error *error);
+
+/* Encodes tensors as a file. PLY/XYZ/VTK need a `points` (n, 3) tensor; `normals` becomes nx ny nz; scalars become
+ * `quality` (the first) and `scalar_<name>`; wider values scalar_<name>_<i>. comments: what goes into comment lines. */
+gnp_status gnp_file_encode(enum gnp_format format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                           struct gnp_buffer *buffer, struct gnp_error *error);
+
+#endif

@@ -1,0 +1,99 @@
+/* The operation table: inputs, outputs and parameters of every operation, with types, defaults, ranges and one-line help.
+ *
+ * /v2 metadata and validation, /v1 query strings, command-line flags, help texts and openapi.yaml all come from it. */
+#ifndef GNP_PROTO_OPERATION_H
+#define GNP_PROTO_OPERATION_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "message.h"
+#include "pool.h"
+#include "status.h"
+#include "task.h"
+#include "tensor.h"
+
+enum gnp_parameter_type {
+	GNP_PARAMETER_INTEGER,
+	GNP_PARAMETER_NUMBER,
+	GNP_PARAMETER_BOOL,
+	GNP_PARAMETER_CHOICE,  /* one of choices; stored as its index */
+	GNP_PARAMETER_SET      /* comma-separated names of outputs, or "all"; stored as a bit mask */
+};
+
+struct gnp_parameter {
+	const char *name;
+	enum gnp_parameter_type type;
+	size_t offset;              /* of the int, double, bool or uint64_t in the operation's options struct */
+	const char *default_text;   /* as a user would write it; equals what `defaults` sets (a test checks) */
+	double minimum, maximum;    /* of integers and numbers, inclusive */
+	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE */
+	const char *help;
+};
+
+/* shape: -1 for the number of points, -2 for another free extent. */
+struct gnp_tensor_info {
+	const char *name;
+	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken; of outputs: that of `points` */
+	unsigned rank;
+	int64_t shape[4];
+	bool optional;
+	const char *help;
+};
+
+#define GNP_OPTIONS_SIZE_MAX 256
+
+struct gnp_operation {
+	const char *name, *help;
+	const struct gnp_tensor_info *inputs;
+	size_t input_count;
+	const struct gnp_tensor_info *outputs;
+	size_t output_count;
+	const struct gnp_parameter *parameters;
+	size_t parameter_count;
+	void (*defaults)(void *options);
+	/* Bytes the work may allocate, for admission control. */
+	size_t (*memory)(size_t points, const void *options);
+	/* Does the work; response is empty on entry, cleared by the caller in any case. */
+	gnp_status (*run)(const struct gnp_request *request, const void *options, struct gnp_pool *pool,
+	                  struct gnp_task *task, struct gnp_response *response, struct gnp_error *error);
+};
+
+/* The i-th operation, or NULL past the last; by name, or NULL. */
+const struct gnp_operation *gnp_operation_at(size_t i);
+const struct gnp_operation *gnp_operation_find(const char *name);
+
+/* A request checked against its operation and ready to run. Holds the parsed options; borrows the request. */
+struct gnp_call {
+	const struct gnp_operation *operation;
+	const struct gnp_request *request;
+	size_t points;
+	size_t memory;  /* estimate of the bytes the work needs */
+	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
+};
+
+/* Server-side limits that validation applies. */
+struct gnp_limits {
+	size_t points; /* most points a request may have; 0: no limit */
+};
+
+/* Checks inputs (names, datatypes, shapes, counts against each other), requested outputs and every parameter.
+ * Unknown parameter: GNP_INVALID_ARGUMENT naming it and the known ones; keys that other servers of the protocol use
+ * (priority, timeout, sequence_*, triton_*, binary_data_output) are ignored. Points over the limit: GNP_TOO_LARGE. */
+gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct gnp_request *request,
+                            const struct gnp_limits *limits, struct gnp_call *call, struct gnp_error *error);
+
+/* Runs it. On failure response is empty. */
+gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                        struct gnp_response *response, struct gnp_error *error);
+
+/* Sets one field of an options struct from text, as query strings and command lines give it. */
+gnp_status gnp_parameter_parse(const struct gnp_operation *operation, void *options, const char *name,
+                               const char *text, struct gnp_error *error);
+
+/* Help of one operation's parameters as flag lines, and the OpenAPI document of all, appended to buffer. */
+gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error);
+gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error);
+
+#endif
