@@ -42,7 +42,7 @@ present() {
 	libzip-dev) pkg-config --exists libzip ;;
 	libcurl4-openssl-dev) pkg-config --exists libcurl ;;
 	python3-numpy) /usr/bin/python3 -c 'import numpy' ;;
-	*) return 1 ;;
+	*) false ;;
 	esac >/dev/null 2>&1 && return 0
 	dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null | grep -qx installed
 }
