@@ -1,0 +1,84 @@
+#include "cloud.h"
+
+#include <math.h>
+#include <stdint.h>
+
+static const double coordinate_limit = 1e100;
+
+static gnp_status check_points(const struct gnp_cloud *cloud, struct gnp_error *error)
+{
+	for (size_t i = 0; i < 3 * cloud->count; i++) {
+		double x = cloud->points[i];
+		if (!(fabs(x) <= coordinate_limit))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "points: coordinate %zu of point %zu is %g, need a finite number of magnitude at most %g",
+			                     i % 3, i / 3, x, coordinate_limit);
+	}
+	return GNP_OK;
+}
+
+static gnp_status check_normals(const struct gnp_cloud *cloud, struct gnp_error *error)
+{
+	for (size_t i = 0; cloud->normals && i < cloud->count; i++) {
+		const double *n = cloud->normals + 3 * i;
+		double square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+		if (!isfinite(square))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "normals: normal %zu is (%g, %g, %g), need finite numbers", i,
+			                     n[0], n[1], n[2]);
+		if (square < 1e-60)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "normals: normal %zu has length %g, need at least 1e-30", i,
+			                     sqrt(square));
+	}
+	return GNP_OK;
+}
+
+/* The largest distance of any point from the first, and from the line through the first and that farthest point. */
+static void extents(const struct gnp_cloud *cloud, double *length, double *width)
+{
+	const double *o = cloud->points, *a = o;
+	double farthest = 0, widest = 0;
+	for (size_t i = 1; i < cloud->count; i++) {
+		const double *p = cloud->points + 3 * i;
+		double d = hypot(hypot(p[0] - o[0], p[1] - o[1]), p[2] - o[2]);
+		if (d > farthest) {
+			farthest = d;
+			a = p;
+		}
+	}
+	double axis[3] = {0, 0, 0};
+	for (int c = 0; c < 3 && farthest > 0; c++)
+		axis[c] = (a[c] - o[c]) / farthest;
+	for (size_t i = 1; i < cloud->count; i++) {
+		const double *p = cloud->points + 3 * i;
+		double d[3] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]};
+		double along = d[0] * axis[0] + d[1] * axis[1] + d[2] * axis[2];
+		for (int c = 0; c < 3; c++)
+			d[c] -= along * axis[c];
+		double off = hypot(hypot(d[0], d[1]), d[2]);
+		if (off > widest)
+			widest = off;
+	}
+	*length = farthest;
+	*width = widest;
+}
+
+gnp_status gnp_cloud_check(const struct gnp_cloud *cloud, size_t need, struct gnp_error *error)
+{
+	if (cloud->count < need)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu", cloud->count, need);
+	if (cloud->count > INT32_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at most %d", cloud->count, INT32_MAX);
+	gnp_status status = check_points(cloud, error);
+	if (status == GNP_OK)
+		status = check_normals(cloud, error);
+	if (status != GNP_OK)
+		return status;
+	double length, width;
+	extents(cloud, &length, &width);
+	if (length == 0)
+		return gnp_error_set(error, GNP_DEGENERATE, "points: all %zu points are equal", cloud->count);
+	if (width <= 1e-9 * length)
+		return gnp_error_set(error, GNP_DEGENERATE, "points: all %zu points lie within %.3g of one line of length %.3g",
+		                     cloud->count, width, length);
+	return GNP_OK;
+}
