@@ -3,6 +3,7 @@
 #define GNP_CORE_ESTIMATE_H
 
 #include "cloud.h"
+#include "legendre.h"
 #include "pool.h"
 #include "quantity.h"
 #include "status.h"
@@ -10,7 +11,6 @@
 
 enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_KINDS };
 enum gnp_cover { GNP_COVER_COVER, GNP_COVER_ALL };
-enum gnp_basis_kind { GNP_BASIS_TENSOR, GNP_BASIS_TOTAL };
 enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR }; /* (1-r)^4, 1, 1.2-r */
 
 struct gnp_estimate_options {
@@ -25,9 +25,6 @@ struct gnp_estimate_options {
 
 /* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
 struct gnp_estimate_options gnp_estimate_defaults(void);
-
-/* Coefficients of a basis of this kind and degree: (d+1)^2 or (d+1)(d+2)/2. */
-size_t gnp_basis_size(enum gnp_basis_kind basis, unsigned degree);
 
 /* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order. */
 struct gnp_estimate {
