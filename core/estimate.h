@@ -3,19 +3,17 @@
 #define GNP_CORE_ESTIMATE_H
 
 #include "cloud.h"
-#include "legendre.h"
+#include "estimator.h"
 #include "pool.h"
 #include "quantity.h"
 #include "status.h"
 #include "task.h"
 
-enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_KINDS };
-enum gnp_cover { GNP_COVER_COVER, GNP_COVER_ALL };
-enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR }; /* (1-r)^4, 1, 1.2-r */
+enum gnp_cover_kind { GNP_COVER_COVER, GNP_COVER_ALL };
 
 struct gnp_estimate_options {
 	int estimator;        /* enum gnp_estimator_kind */
-	int cover;            /* enum gnp_cover */
+	int cover;            /* enum gnp_cover_kind */
 	int k;                /* neighbours that set the patch radius epsilon = 1.1 r_k; 12..500 */
 	int degree;           /* of the Legendre basis; 1..7 */
 	int basis;            /* enum gnp_basis_kind */

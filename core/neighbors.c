@@ -150,7 +150,7 @@ static size_t find_within(const struct gnp_neighbors *neighbors, const double *c
 
 enum { GROUP = 12, CANDIDATES = 1024 };
 
-/* One search serves a group: consecutive points along the space-filling curve share nearly all their neighbours, so
+/* One search serves a group: centres that are consecutive along the space-filling curve share nearly all their neighbours, so
  * candidates come from one FLANN radius search round their mean and each point filters them by its own distances. */
 struct group {
 	const struct gnp_neighbors *neighbors;
@@ -170,18 +170,18 @@ struct group {
 	double *distance;
 };
 
-static void gather_candidates(struct group *group, size_t begin, size_t end)
+static void gather_candidates(struct group *group, const uint32_t *centres, size_t members)
 {
 	const double *points = group->neighbors->points;
 	double spread = 0;
 	for (int c = 0; c < 3; c++) {
 		double sum = 0;
-		for (size_t i = begin; i < end; i++)
-			sum += points[3 * i + c];
-		group->centre[c] = sum / (double)(end - begin);
+		for (size_t m = 0; m < members; m++)
+			sum += points[3 * (size_t)centres[m] + c];
+		group->centre[c] = sum / (double)members;
 	}
-	for (size_t i = begin; i < end; i++)
-		spread = fmax(spread, distance_squared(points + 3 * i, group->centre));
+	for (size_t m = 0; m < members; m++)
+		spread = fmax(spread, distance_squared(points + 3 * (size_t)centres[m], group->centre));
 	spread = sqrt(spread);
 	double radius = 1.12 * group->ratio * group->guess;
 	group->expected = radius;
@@ -306,14 +306,14 @@ static bool append_row(struct gnp_neighborhoods *out, size_t *capacity, size_t r
 	return true;
 }
 
-gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, size_t begin, size_t end, size_t k,
-                                  double ratio, size_t most, struct gnp_scratch *scratch,
+gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const uint32_t *centres, size_t rows,
+                                  size_t k, double ratio, size_t most, struct gnp_scratch *scratch,
                                   struct gnp_neighborhoods *out, struct gnp_error *error)
 {
 	if (k < 1 || k > neighbors->count || most < k)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %zu, need 1..%zu", k,
 		                     most < neighbors->count ? most : neighbors->count);
-	size_t rows = end - begin, capacity = rows * (size_t)(1.3 * ratio * ratio * (double)k + 8);
+	size_t capacity = rows * (size_t)(1.3 * ratio * ratio * (double)k + 8);
 	struct group group = {.neighbors = neighbors, .k = k, .most = most, .ratio = ratio};
 	*out = (struct gnp_neighborhoods){.count = rows};
 	out->start = gnp_scratch_take(scratch, rows + 1, sizeof *out->start);
@@ -323,12 +323,12 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, size_t 
 	if (!group_take(&group, scratch) || !out->start || !out->r_k || !out->index || !out->distance)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu neighbourhoods", rows);
 	out->start[0] = 0;
-	for (size_t first = begin; first < end; first += GROUP) {
-		size_t last = end - first > GROUP ? first + GROUP : end;
+	for (size_t first = 0; first < rows; first += GROUP) {
+		size_t last = rows - first > GROUP ? first + GROUP : rows;
 		double widest = 0;
-		gather_candidates(&group, first, last);
-		for (size_t i = first; i < last; i++) {
-			size_t length = 0, row = i - begin;
+		gather_candidates(&group, centres + first, last - first);
+		for (size_t row = first; row < last; row++) {
+			size_t i = centres[row], length = 0;
 			double r_k = 0;
 			if (!row_from_candidates(&group, i, &length, &r_k)) {
 				gnp_status status = row_from_search(&group, i, scratch, &length, &r_k, error);

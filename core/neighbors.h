@@ -25,12 +25,12 @@ gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double
                              uint32_t *index, double *distance, struct gnp_scratch *scratch,
                              struct gnp_error *error);
 
-/* For the indexed points [begin, end): every point within radius[i - begin] = ratio * (distance to the k-th nearest
- * neighbour, the point itself counted), the fast path of patch building.
+/* For each centre (an indexed point): every point within ratio * (distance to the k-th nearest neighbour, the centre itself
+ * counted), the fast path of patch building; fastest where consecutive centres are close together.
  * Row r holds entries [start[r], start[r+1]) of index and distance, ascending by (distance, index); its first entry
- * is the point itself or one that coincides with it. r_k is returned too. All arrays live in scratch. */
+ * is the centre itself or one that coincides with it. r_k is returned too. All arrays live in scratch. */
 struct gnp_neighborhoods {
-	size_t count;       /* end - begin */
+	size_t count;       /* centres */
 	size_t *start;      /* (count + 1) */
 	uint32_t *index;    /* (start[count]) */
 	double *distance;   /* (start[count]) */
@@ -38,8 +38,8 @@ struct gnp_neighborhoods {
 };
 /* At most `most` entries a row are kept (the nearest ones); the limit guards against heavy duplication and far
  * outliers whose ball would hold the whole cloud. */
-gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, size_t begin, size_t end, size_t k,
-                                  double ratio, size_t most, struct gnp_scratch *scratch,
+gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const uint32_t *centres, size_t count,
+                                  size_t k, double ratio, size_t most, struct gnp_scratch *scratch,
                                   struct gnp_neighborhoods *out, struct gnp_error *error);
 
 #endif

@@ -65,6 +65,14 @@ void gnp_task_advance(struct gnp_task *task, size_t items)
 		atomic_fetch_add_explicit(&task->done, items, memory_order_relaxed);
 }
 
+void gnp_task_rebook(struct gnp_task *task, enum gnp_stage from, enum gnp_stage to, double seconds)
+{
+	if (!task)
+		return;
+	task->seconds[from] -= seconds;
+	task->seconds[to] += seconds;
+}
+
 double gnp_task_fraction(const struct gnp_task *task)
 {
 	size_t total = atomic_load(&task->total), done = atomic_load(&task->done);

@@ -51,6 +51,9 @@ gnp_status gnp_task_check(const struct gnp_task *task, struct gnp_error *error);
 void gnp_task_stage(struct gnp_task *task, enum gnp_stage stage, size_t total);
 void gnp_task_advance(struct gnp_task *task, size_t items);
 
+/* Coordinator: books part of a finished stage's seconds on another one, where one loop did the work of both. */
+void gnp_task_rebook(struct gnp_task *task, enum gnp_stage from, enum gnp_stage to, double seconds);
+
 /* Any thread: fraction of the current stage in [0, 1], and the stage's name. */
 double gnp_task_fraction(const struct gnp_task *task);
 enum gnp_stage gnp_task_current(const struct gnp_task *task);

@@ -1,0 +1,132 @@
+#include "patch.h"
+
+#include <math.h>
+
+#include "eigen.h"
+
+static double dot(const double *a, const double *b)
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void mean_point(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
+{
+	/* About the centre, so that a cloud far from the origin loses no digits. */
+	const double *o = source->points + 3 * (size_t)patch->centre;
+	double sum[3] = {0};
+	for (size_t i = 0; i < patch->count; i++)
+		for (int c = 0; c < 3; c++)
+			sum[c] += source->points[3 * (size_t)patch->index[i] + c] - o[c];
+	for (int c = 0; c < 3; c++)
+		mean[c] = o[c] + sum[c] / (double)patch->count;
+}
+
+static void covariance(const struct gnp_patch_source *source, const struct gnp_patch *patch, double upper[6])
+{
+	double s[6] = {0};
+	for (size_t i = 0; i < patch->count; i++) {
+		const double *p = source->points + 3 * (size_t)patch->index[i];
+		double x = p[0] - patch->origin[0], y = p[1] - patch->origin[1], z = p[2] - patch->origin[2];
+		s[0] += x * x;
+		s[1] += x * y;
+		s[2] += x * z;
+		s[3] += y * y;
+		s[4] += y * z;
+		s[5] += z * z;
+	}
+	for (int c = 0; c < 6; c++)
+		upper[c] = s[c] / (double)patch->count;
+}
+
+static void mean_normal(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
+{
+	mean[0] = mean[1] = mean[2] = 0;
+	for (size_t i = 0; i < patch->count; i++)
+		for (int c = 0; c < 3; c++)
+			mean[c] += source->normals[3 * (size_t)patch->index[i] + c];
+}
+
+/* psi3 to the side of the normals; psi1's sign by the third moment along it, a choice that turns with the cloud. */
+static void orient_frame(const struct gnp_patch_source *source, struct gnp_patch *patch)
+{
+	double normal[3], skew = 0;
+	double(*psi)[3] = patch->frame;
+	mean_normal(source, patch, normal);
+	if (dot(normal, psi[2]) < 0)
+		for (int c = 0; c < 3; c++)
+			psi[2][c] = -psi[2][c];
+	for (size_t i = 0; i < patch->count; i++) {
+		const double *p = source->points + 3 * (size_t)patch->index[i];
+		double along = (p[0] - patch->origin[0]) * psi[0][0] + (p[1] - patch->origin[1]) * psi[0][1] +
+		               (p[2] - patch->origin[2]) * psi[0][2];
+		skew += along * along * along;
+	}
+	if (skew < 0)
+		for (int c = 0; c < 3; c++)
+			psi[0][c] = -psi[0][c];
+	psi[1][0] = psi[2][1] * psi[0][2] - psi[2][2] * psi[0][1];
+	psi[1][1] = psi[2][2] * psi[0][0] - psi[2][0] * psi[0][2];
+	psi[1][2] = psi[2][0] * psi[0][1] - psi[2][1] * psi[0][0];
+}
+
+static void project(const struct gnp_patch_source *source, const struct gnp_patch *patch)
+{
+	for (size_t i = 0; i < patch->buffer_count; i++) {
+		const double *p = source->points + 3 * (size_t)patch->index[i];
+		double d[3] = {p[0] - patch->origin[0], p[1] - patch->origin[1], p[2] - patch->origin[2]};
+		patch->u[i] = dot(d, patch->frame[0]);
+		patch->v[i] = dot(d, patch->frame[1]);
+		patch->w[i] = dot(d, patch->frame[2]);
+	}
+}
+
+static void scale(struct gnp_patch *patch)
+{
+	double xy = 1 / patch->scale_xy, w = 1 / patch->scale_w;
+	for (size_t i = 0; i < patch->buffer_count; i++) {
+		patch->u[i] *= xy;
+		patch->v[i] *= xy;
+		patch->w[i] *= w;
+	}
+}
+
+static double largest_radius(const struct gnp_patch *patch)
+{
+	double square = 0;
+	for (size_t i = 0; i < patch->count; i++)
+		square = fmax(square, patch->u[i] * patch->u[i] + patch->v[i] * patch->v[i]);
+	return sqrt(square);
+}
+
+gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct gnp_neighborhoods *neighborhoods,
+                           size_t row, uint32_t centre, double *u, double *v, double *w, struct gnp_patch *patch,
+                           struct gnp_error *error)
+{
+	size_t start = neighborhoods->start[row], length = neighborhoods->start[row + 1] - start;
+	const double *distance = neighborhoods->distance + start;
+	*patch = (struct gnp_patch){.centre = centre, .buffer_count = length, .index = neighborhoods->index + start,
+	                            .u = u, .v = v, .w = w, .epsilon = GNP_PATCH_TAU * neighborhoods->r_k[row]};
+	while (patch->count < length && distance[patch->count] <= patch->epsilon)
+		patch->count++;
+	if (!(patch->epsilon > 0))
+		return gnp_error_set(error, GNP_DEGENERATE, "points: more points coincide at (%g, %g, %g) than a neighbourhood has, remove duplicates",
+		                     source->points[3 * (size_t)centre], source->points[3 * (size_t)centre + 1],
+		                     source->points[3 * (size_t)centre + 2]);
+	double upper[6], variance[3];
+	mean_point(source, patch, patch->origin);
+	covariance(source, patch, upper);
+	gnp_eigen_symmetric3(upper, variance, patch->frame);
+	orient_frame(source, patch);
+	project(source, patch);
+	patch->scale_xy = largest_radius(patch);
+	patch->scale_w = fmax(2 * sqrt(fmax(variance[2], 0)), source->delta0_ratio * patch->epsilon);
+	scale(patch);
+	return GNP_OK;
+}
+
+void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], double *u, double *v)
+{
+	double d[3] = {point[0] - patch->origin[0], point[1] - patch->origin[1], point[2] - patch->origin[2]};
+	*u = dot(d, patch->frame[0]) / patch->scale_xy;
+	*v = dot(d, patch->frame[1]) / patch->scale_xy;
+}
