@@ -74,4 +74,16 @@ $(BUILD)/gnp: $(BUILD)/clients/gnp.o $(LIB_CLIENT)
 $(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libgnpserver.a $(BUILD)/libgnpclient.a $(LIB_PROTO)
 	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
+unit: $(TESTS) ## build and run the unit tests
+	tests/run-unit $(TESTS)
+
+test: all $(TESTS) ## build and run everything; the last line is the count
+	tests/run-all $(BUILD)
+
+check: ## the rules of the house that a compiler does not know
+	tests/check-house
+
+bench: $(BUILD)/tests/bench ## time the core and write $(BUILD)/bench.json
+	$(BUILD)/tests/bench $(BUILD)/bench.json
+
 -include $(shell test -d $(BUILD) && find $(BUILD) -name '*.d' -not -path '$(BUILD)/*-*/*')

@@ -1,0 +1,84 @@
+#include "least_squares.h"
+#include "legendre.h"
+#include "test.h"
+
+enum { POINTS = 90, STRIDE = 40, SIZE = 36 };
+
+static double phi[POINTS * STRIDE], weight[POINTS], y[POINTS], gram[STRIDE * STRIDE], moment[STRIDE], scale[STRIDE];
+
+/* Points of a sunflower in the unit disk. */
+static void disk(double *u, double *v)
+{
+	for (int i = 0; i < POINTS; i++) {
+		double r = sqrt((i + 0.5) / POINTS), angle = 2.399963229728653 * i;
+		u[i] = r * cos(angle);
+		v[i] = r * sin(angle);
+	}
+}
+
+static void setup(void)
+{
+	double u[POINTS], v[POINTS];
+	disk(u, v);
+	gnp_basis_rows((struct gnp_basis){GNP_BASIS_TOTAL, 7}, u, v, POINTS, STRIDE, phi);
+	for (int i = 0; i < POINTS; i++) {
+		weight[i] = 0.5 + 0.5 * cos(i);
+		y[i] = sin(3 * i);
+	}
+}
+
+static void normal_equations_match_plain_sums(void)
+{
+	setup();
+	gnp_normal_equations(phi, weight, y, POINTS, STRIDE, gram, moment);
+	for (int r = 0; r < SIZE; r++) {
+		double right = 0;
+		for (int i = 0; i < POINTS; i++)
+			right += weight[i] * phi[i * STRIDE + r] * y[i];
+		CHECK_NEAR(moment[r], right, 1e-13);
+		for (int c = 0; c <= r; c++) {
+			double sum = 0;
+			for (int i = 0; i < POINTS; i++)
+				sum += weight[i] * phi[i * STRIDE + r] * phi[i * STRIDE + c];
+			CHECK_NEAR(gram[r * STRIDE + c], sum, 1e-13);
+		}
+	}
+}
+
+static void a_polynomial_is_recovered(void)
+{
+	double want[STRIDE] = {0}, x[STRIDE];
+	setup();
+	for (int j = 0; j < SIZE; j++)
+		want[j] = cos(j);
+	for (int i = 0; i < POINTS; i++) {
+		y[i] = 0;
+		for (int j = 0; j < SIZE; j++)
+			y[i] += phi[i * STRIDE + j] * want[j];
+	}
+	gnp_normal_equations(phi, weight, y, POINTS, STRIDE, gram, moment);
+	CHECK(gnp_cholesky_factor(gram, SIZE, STRIDE, scale));
+	gnp_cholesky_solve(gram, scale, SIZE, STRIDE, moment, x);
+	for (int j = 0; j < SIZE; j++)
+		CHECK_NEAR(x[j], want[j], 1e-8);
+}
+
+static void a_deficient_problem_is_refused(void)
+{
+	setup();
+	for (int i = 0; i < POINTS; i++)
+		phi[i * STRIDE + 5] = phi[i * STRIDE + 2] - 2 * phi[i * STRIDE + 1];
+	gnp_normal_equations(phi, weight, y, POINTS, STRIDE, gram, moment);
+	CHECK(!gnp_cholesky_factor(gram, SIZE, STRIDE, scale));
+	for (int i = 0; i < POINTS; i++)
+		weight[i] = 0;
+	gnp_normal_equations(phi, weight, y, POINTS, STRIDE, gram, moment);
+	CHECK(!gnp_cholesky_factor(gram, SIZE, STRIDE, scale));
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {TEST(normal_equations_match_plain_sums), TEST(a_polynomial_is_recovered),
+	                                    TEST(a_deficient_problem_is_refused)};
+	return RUN_TESTS(tests);
+}
