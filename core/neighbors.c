@@ -30,6 +30,8 @@ static struct FLANNParameters exact_parameters(void)
 gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
                                struct gnp_error *error)
 {
+	if (count < 1 || count > INT32_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need 1..%d", count, INT32_MAX);
 	struct gnp_neighbors *neighbors = calloc(1, sizeof *neighbors);
 	if (!neighbors)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu points", count);

@@ -13,7 +13,7 @@
 
 struct gnp_neighbors;
 
-/* points (count, 3), count < 2^31. Build it over points in curve order (order.h): it is faster then. */
+/* points (count, 3), 1 <= count < 2^31. Build it over points in curve order (order.h): it is faster then. */
 gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
                                struct gnp_error *error);
 void gnp_neighbors_free(struct gnp_neighbors *neighbors);
