@@ -10,7 +10,7 @@
 #include "orient.h"
 #include "surface.h"
 
-enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 192, NORMALS_FROM = 16 };
+enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 192 };
 
 struct gnp_estimate_options gnp_estimate_defaults(void)
 {
@@ -124,7 +124,7 @@ static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estima
 	if (cloud->normals)
 		gather_normals(prepared, cloud);
 	else
-		status = gnp_orient_normals(prepared->points, n, prepared->neighbors, NORMALS_FROM, pool, task, prepared->normals,
+		status = gnp_orient_normals(prepared->points, n, prepared->neighbors, 0, pool, task, prepared->normals,
 		                            &prepared->components, error);
 	if (status != GNP_OK)
 		return status;
