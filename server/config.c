@@ -1,0 +1,369 @@
+#include "config.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "listen.h"
+
+enum kind { TEXT, FLAG, COUNT, BYTES, SECONDS, LOG_FORMAT };
+
+struct field {
+	const char *key;
+	enum kind kind;
+	size_t offset;
+	const char *value; /* default */
+	double minimum, maximum;
+	const char *help;
+};
+
+#define FIELD(member) offsetof(struct gnpd_config, member)
+#define TIB 1099511627776.0
+
+static const struct field fields[] = {
+	{"listen", TEXT, FIELD(listen), "127.0.0.1:8080", 0, 0, "address and port; port 0 takes a free one"},
+	{"port-file", TEXT, FIELD(port_file), "", 0, 0, "file that receives the port once requests are answered"},
+	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0, "directory of the weights"},
+	{"insecure", FLAG, FIELD(insecure), "false", 0, 0, "allow an address other than loopback"},
+	{"workers", COUNT, FIELD(workers), "0", 0, 1024, "compute threads; 0: the number of cores"},
+	{"runners", COUNT, FIELD(runners), "8", 1, 1024, "requests computed at once"},
+	{"http-threads", COUNT, FIELD(http_threads), "2", 1, 64, "threads that read and write sockets"},
+	{"max-connections", COUNT, FIELD(max_connections), "1000", 2, 65536, "open connections"},
+	{"max-body-bytes", BYTES, FIELD(max_body_bytes), "512M", 1, TIB, "one request's body, also after decompression"},
+	{"max-points", COUNT, FIELD(max_points), "10000000", 1, 2147483647, "points of one request"},
+	{"queue-count", COUNT, FIELD(queue_count), "64", 1, 65536, "requests that may wait"},
+	{"queue-bytes", BYTES, FIELD(queue_bytes), "4G", 1024, 64 * TIB, "bodies and estimated memory of all requests held"},
+	{"discard-bytes", BYTES, FIELD(discard_bytes), "4M", 0, TIB, "of a refused body, read before the answer"},
+	{"connection-memory-bytes", BYTES, FIELD(connection_memory_bytes), "128K", 16384, 16777216, "headers and read buffer of a connection"},
+	{"min-body-rate", BYTES, FIELD(min_body_rate), "1K", 0, TIB, "bytes a second a client must keep up"},
+	{"body-grace-seconds", SECONDS, FIELD(body_grace_seconds), "5", 0, 86400, "before min-body-rate counts"},
+	{"header-seconds", SECONDS, FIELD(header_seconds), "10", 0.1, 86400, "for the request line and headers"},
+	{"body-seconds", SECONDS, FIELD(body_seconds), "300", 0.1, 86400, "for the whole body"},
+	{"reply-seconds", SECONDS, FIELD(reply_seconds), "300", 0.1, 86400, "for the client to take the answer"},
+	{"idle-seconds", SECONDS, FIELD(idle_seconds), "75", 0.1, 86400, "between requests of a connection"},
+	{"work-seconds", SECONDS, FIELD(work_seconds), "300", 0.01, 86400, "from the end of the body to the answer"},
+	{"drain-seconds", SECONDS, FIELD(drain_seconds), "30", 0, 86400, "for running work after SIGTERM"},
+	{"retry-after-seconds", SECONDS, FIELD(retry_after_seconds), "1", 1, 86400, "what a 503 tells the client"},
+	{"log-format", LOG_FORMAT, FIELD(log_format), "text", 0, 0, "text or json"},
+	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
+};
+enum { FIELDS = sizeof fields / sizeof fields[0] };
+
+static const struct field *field_find(const char *key)
+{
+	for (size_t i = 0; i < FIELDS; i++)
+		if (strcmp(fields[i].key, key) == 0)
+			return &fields[i];
+	return NULL;
+}
+
+static gnp_status set_text(const struct field *field, void *target, const char *text, struct gnp_error *error)
+{
+	if (strlen(text) >= GNPD_CONFIG_TEXT)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %zu characters, need at most %d", field->key,
+		                     strlen(text), GNPD_CONFIG_TEXT - 1);
+	strcpy(target, text);
+	return GNP_OK;
+}
+
+static gnp_status set_flag(const struct field *field, bool *target, const char *text, struct gnp_error *error)
+{
+	bool yes = strcmp(text, "true") == 0 || strcmp(text, "1") == 0;
+	if (!yes && strcmp(text, "false") != 0 && strcmp(text, "0") != 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%s\", need true or false", field->key, text);
+	*target = yes;
+	return GNP_OK;
+}
+
+/* Digits with, for BYTES, an optional K, M, G or T (powers of 1024). */
+static bool parse_count(const char *text, bool suffix, double *value)
+{
+	char *end;
+	if (!isdigit((unsigned char)text[0]))
+		return false;
+	*value = strtod(text, &end);
+	if (strspn(text, "0123456789") != (size_t)(end - text))
+		return false;
+	static const char units[] = "KMGT";
+	const char *unit = suffix && *end ? strchr(units, toupper((unsigned char)*end)) : NULL;
+	if (unit) {
+		for (const char *u = units; u <= unit; u++)
+			*value *= 1024;
+		end++;
+	}
+	return *end == '\0';
+}
+
+static gnp_status set_number(const struct field *field, void *target, const char *text, struct gnp_error *error)
+{
+	double value;
+	char *end = NULL;
+	bool valid;
+	if (field->kind == SECONDS) {
+		value = strtod(text, &end);
+		valid = end != text && *end == '\0';
+	} else {
+		valid = parse_count(text, field->kind == BYTES, &value);
+	}
+	if (!valid || !(value >= field->minimum && value <= field->maximum))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%s\", need %.15g..%.15g", field->key, text,
+		                     field->minimum, field->maximum);
+	if (field->kind == SECONDS)
+		*(double *)target = value;
+	else
+		*(size_t *)target = (size_t)value;
+	return GNP_OK;
+}
+
+static gnp_status set_log_format(const struct field *field, int *target, const char *text, struct gnp_error *error)
+{
+	if (strcmp(text, "text") != 0 && strcmp(text, "json") != 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%s\", need text or json", field->key, text);
+	*target = strcmp(text, "json") == 0 ? GNPD_LOG_JSON : GNPD_LOG_TEXT;
+	return GNP_OK;
+}
+
+gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error)
+{
+	const struct field *field = field_find(key);
+	if (!field)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown key, gnpd --help lists them", key);
+	void *target = (char *)config + field->offset;
+	switch (field->kind) {
+	case TEXT: return set_text(field, target, text, error);
+	case FLAG: return set_flag(field, target, text, error);
+	case LOG_FORMAT: return set_log_format(field, target, text, error);
+	default: return set_number(field, target, text, error);
+	}
+}
+
+void gnpd_config_defaults(struct gnpd_config *config)
+{
+	memset(config, 0, sizeof *config);
+	for (size_t i = 0; i < FIELDS; i++)
+		gnpd_config_set(config, fields[i].key, fields[i].value, NULL);
+}
+
+static char *trim(char *text)
+{
+	while (isspace((unsigned char)*text))
+		text++;
+	size_t length = strlen(text);
+	while (length && isspace((unsigned char)text[length - 1]))
+		text[--length] = '\0';
+	return text;
+}
+
+static gnp_status read_line(struct gnpd_config *config, char *line, const char *path, int number, struct gnp_error *error)
+{
+	char *key = trim(line);
+	if (*key == '\0' || *key == '#')
+		return GNP_OK;
+	char *equals = strchr(key, '=');
+	if (!equals)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s:%d: got \"%s\", need key = value", path, number, key);
+	*equals = '\0';
+	struct gnp_error cause = {0};
+	gnp_status status = gnpd_config_set(config, trim(key), trim(equals + 1), &cause);
+	if (status != GNP_OK)
+		gnp_error_set(error, status, "%s:%d: %s", path, number, cause.text);
+	return status;
+}
+
+gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error)
+{
+	FILE *file = fopen(path, "r");
+	if (!file)
+		return gnp_error_set(error, GNP_IO, "%s: %s", path, strerror(errno));
+	char *line = NULL;
+	size_t capacity = 0;
+	gnp_status status = GNP_OK;
+	for (int number = 1; status == GNP_OK && getline(&line, &capacity, file) >= 0; number++)
+		status = read_line(config, line, path, number, error);
+	if (status == GNP_OK && ferror(file))
+		status = gnp_error_set(error, GNP_IO, "%s: %s", path, strerror(errno));
+	free(line);
+	fclose(file);
+	return status;
+}
+
+/* GNPD_QUEUE_COUNT -> queue-count, with length bytes of name. */
+static bool environment_key(const char *name, size_t length, char *key, size_t capacity)
+{
+	if (length >= capacity)
+		return false;
+	for (size_t i = 0; i < length; i++)
+		key[i] = name[i] == '_' ? '-' : (char)tolower((unsigned char)name[i]);
+	key[length] = '\0';
+	return true;
+}
+
+/* Container orchestrators inject GNPD_PORT, GNPD_PORT_8080_TCP, GNPD_SERVICE_HOST, ... for a service named gnpd. */
+static bool injected(const char *key)
+{
+	return strcmp(key, "port") == 0 || (strncmp(key, "port-", 5) == 0 && isdigit((unsigned char)key[5])) ||
+	       strncmp(key, "service-", 8) == 0;
+}
+
+static gnp_status read_environment(struct gnpd_config *config, char *const *environment, struct gnp_error *error)
+{
+	static const char prefix[] = "GNPD_";
+	for (; environment && *environment; environment++) {
+		const char *name = *environment, *equals = strchr(name, '=');
+		char key[64];
+		if (strncmp(name, prefix, sizeof prefix - 1) != 0 || !equals)
+			continue;
+		name += sizeof prefix - 1;
+		if (!environment_key(name, (size_t)(equals - name), key, sizeof key))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "environment: GNPD_%.80s: unknown key", name);
+		if (strcmp(key, "config") == 0 || injected(key))
+			continue;
+		struct gnp_error cause = {0};
+		gnp_status status = gnpd_config_set(config, key, equals + 1, &cause);
+		if (status != GNP_OK)
+			return gnp_error_set(error, status, "environment: %s", cause.text);
+	}
+	return GNP_OK;
+}
+
+static bool action_find(const char *argument, enum gnpd_config_action *action)
+{
+	static const struct { const char *flag; enum gnpd_config_action action; } actions[] = {
+		{"--help", GNPD_CONFIG_HELP}, {"-h", GNPD_CONFIG_HELP}, {"--version", GNPD_CONFIG_VERSION},
+		{"--check-config", GNPD_CONFIG_CHECK}, {"--print-config", GNPD_CONFIG_PRINT}};
+	for (size_t i = 0; i < sizeof actions / sizeof actions[0]; i++)
+		if (strcmp(argument, actions[i].flag) == 0) {
+			*action = actions[i].action;
+			return true;
+		}
+	return false;
+}
+
+/* Splits the flag at argv[*i] into key and value and moves *i past it. */
+static gnp_status take_flag(int argc, char *const *argv, int *i, char *key, size_t capacity, const char **value,
+                            struct gnp_error *error)
+{
+	const char *argument = argv[(*i)++];
+	const char *equals = strchr(argument, '=');
+	size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
+	if (strncmp(argument, "--", 2) != 0 || length - 2 >= capacity)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.80s: not a flag, gnpd --help lists them", argument);
+	memcpy(key, argument + 2, length - 2);
+	key[length - 2] = '\0';
+	const struct field *field = field_find(key);
+	if (equals)
+		*value = equals + 1;
+	else if (field && field->kind == FLAG)
+		*value = "true";
+	else if (*i < argc)
+		*value = argv[(*i)++];
+	else if (field || strcmp(key, "config") == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: a value is missing", key);
+	else
+		*value = "";
+	return GNP_OK;
+}
+
+/* With config NULL only looks for --config and the actions. */
+static gnp_status read_flags(struct gnpd_config *config, int argc, char *const *argv, const char **file,
+                             enum gnpd_config_action *action, struct gnp_error *error)
+{
+	for (int i = 1; i < argc;) {
+		char key[64];
+		const char *value = "";
+		if (action_find(argv[i], action)) {
+			i++;
+			continue;
+		}
+		gnp_status status = take_flag(argc, argv, &i, key, sizeof key, &value, error);
+		if (status != GNP_OK)
+			return status;
+		if (strcmp(key, "config") == 0) {
+			*file = value;
+		} else if (config) {
+			struct gnp_error cause = {0};
+			status = gnpd_config_set(config, key, value, &cause);
+			if (status != GNP_OK)
+				return gnp_error_set(error, status, "--%s", cause.text);
+		}
+	}
+	return GNP_OK;
+}
+
+static const char *environment_value(char *const *environment, const char *name)
+{
+	size_t length = strlen(name);
+	for (; environment && *environment; environment++)
+		if (strncmp(*environment, name, length) == 0 && (*environment)[length] == '=')
+			return *environment + length + 1;
+	return NULL;
+}
+
+static gnp_status check_machine(const struct gnpd_config *config, struct gnp_error *error)
+{
+	struct gnpd_address address;
+	gnp_status status = gnpd_address_parse(config->listen, &address, error);
+	if (status != GNP_OK)
+		return status;
+	if (!gnpd_address_is_loopback(&address) && !config->insecure)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "listen: got \"%s\", need a loopback address: whoever reaches another one may use this "
+		                     "server; --insecure allows it", config->listen);
+	struct stat information;
+	const char *directory = config->weights_dir;
+	if (*directory && (stat(directory, &information) != 0 || access(directory, R_OK | X_OK) != 0))
+		return gnp_error_set(error, GNP_IO, "weights-dir: %s: %s", directory, strerror(errno));
+	if (*directory && !S_ISDIR(information.st_mode))
+		return gnp_error_set(error, GNP_IO, "weights-dir: %s: not a directory", directory);
+	return GNP_OK;
+}
+
+gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
+                            enum gnpd_config_action *action, struct gnp_error *error)
+{
+	const char *file = environment_value(environment, "GNPD_CONFIG");
+	*action = GNPD_CONFIG_RUN;
+	gnpd_config_defaults(config);
+	gnp_status status = read_flags(NULL, argc, argv, &file, action, error);
+	if (status == GNP_OK && file)
+		status = gnpd_config_read_file(config, file, error);
+	if (status == GNP_OK)
+		status = read_environment(config, environment, error);
+	if (status == GNP_OK)
+		status = read_flags(config, argc, argv, &file, action, error);
+	if (status == GNP_OK && (*action == GNPD_CONFIG_RUN || *action == GNPD_CONFIG_CHECK))
+		status = check_machine(config, error);
+	return status;
+}
+
+void gnpd_config_print(const struct gnpd_config *config, FILE *file)
+{
+	for (size_t i = 0; i < FIELDS; i++) {
+		const void *value = (const char *)config + fields[i].offset;
+		fprintf(file, "%s = ", fields[i].key);
+		switch (fields[i].kind) {
+		case TEXT: fprintf(file, "%s\n", (const char *)value); break;
+		case FLAG: fprintf(file, "%s\n", *(const bool *)value ? "true" : "false"); break;
+		case LOG_FORMAT: fprintf(file, "%s\n", *(const int *)value == GNPD_LOG_JSON ? "json" : "text"); break;
+		case SECONDS: fprintf(file, "%.15g\n", *(const double *)value); break;
+		case COUNT:
+		case BYTES: fprintf(file, "%zu\n", *(const size_t *)value); break;
+		}
+	}
+}
+
+void gnpd_config_help(FILE *file)
+{
+	fprintf(file, "gnpd " GNPD_VERSION ": geometry of point clouds over HTTP.\n\n"
+	              "usage: gnpd [--KEY VALUE]...\n\n"
+	              "Each key is also an environment variable (GNPD_QUEUE_COUNT) and a line of the file of --config\n"
+	              "(queue-count = 64). Flags win over the environment, the environment over the file.\n\n");
+	for (size_t i = 0; i < FIELDS; i++)
+		fprintf(file, "  --%-24s %s [%s]\n", fields[i].key, fields[i].help, fields[i].value);
+	fprintf(file, "  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n", "config", "file of key = value lines",
+	        "check-config", "say whether the configuration is good, and exit", "print-config",
+	        "print the configuration in effect, and exit", "version", "print the version, and exit");
+}

@@ -1,0 +1,66 @@
+/* Configuration: a struct with defaults that a file, the environment and flags edit, in this order of rising precedence.
+ *
+ * One table (config.c) drives the flags (--queue-count 64), the environment (GNPD_QUEUE_COUNT=64), the keys of the file
+ * (queue-count = 64), --help, --print-config and the range checks. An unknown key is an error. */
+#ifndef GNPD_CONFIG_H
+#define GNPD_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdio.h>
+
+#include "status.h"
+
+#define GNPD_CONFIG_TEXT 1024
+#define GNPD_VERSION "0.1.0"
+
+enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
+
+struct gnpd_config {
+	char listen[GNPD_CONFIG_TEXT];      /* ADDRESS:PORT, [ADDRESS]:PORT or localhost:PORT; port 0: any free one */
+	char port_file[GNPD_CONFIG_TEXT];   /* the port in use is written here once requests are answered; "" for none */
+	char weights_dir[GNPD_CONFIG_TEXT]; /* "" for none */
+	bool insecure;                      /* allow an address other than loopback */
+	size_t workers;                     /* compute threads; 0: the number of cores */
+	size_t runners;                     /* requests computed at once */
+	size_t http_threads;
+	size_t max_connections;
+	size_t max_body_bytes;              /* of one request, also after decompression */
+	size_t max_points;                  /* of one request */
+	size_t queue_count;                 /* requests that may wait for a runner */
+	size_t queue_bytes;                 /* bodies plus estimated memory of all requests held */
+	size_t discard_bytes;               /* of a refused body, read so that the client gets to see the answer */
+	size_t connection_memory_bytes;     /* headers and read buffer of one connection */
+	size_t min_body_rate;               /* bytes a second a client must keep up after body_grace_seconds */
+	double body_grace_seconds;
+	double header_seconds;              /* for the request line and headers */
+	double body_seconds;                /* for the whole body */
+	double reply_seconds;               /* for the client to take the answer */
+	double idle_seconds;                /* between requests of a connection */
+	double work_seconds;                /* from the end of the body to the answer, waiting included */
+	double drain_seconds;               /* for running work after SIGTERM */
+	double retry_after_seconds;         /* what a 503 tells the client */
+	int log_format;                     /* enum gnpd_log_format */
+	bool access_log;
+};
+
+enum gnpd_config_action { GNPD_CONFIG_RUN, GNPD_CONFIG_HELP, GNPD_CONFIG_VERSION, GNPD_CONFIG_CHECK, GNPD_CONFIG_PRINT };
+
+void gnpd_config_defaults(struct gnpd_config *config);
+
+/* Sets one field from text. GNP_INVALID_ARGUMENT names the key, the value and the range. */
+gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error);
+
+/* Reads `key = value` lines; # begins a comment line. Errors name file and line. */
+gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error);
+
+/* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
+ * machine (the listen address is loopback or insecure is set; weights_dir is a readable directory). */
+gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
+                            enum gnpd_config_action *action, struct gnp_error *error);
+
+/* In the form gnpd_config_read_file reads. */
+void gnpd_config_print(const struct gnpd_config *config, FILE *file);
+void gnpd_config_help(FILE *file);
+
+#endif

@@ -1,0 +1,192 @@
+/* gnpd: reads its configuration, starts the parts in order of need, waits for signals, stops them in reverse. */
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "config.h"
+#include "http.h"
+#include "listen.h"
+#include "operation.h"
+#include "server.h"
+
+extern char **environ;
+
+/* The signals the main thread waits for; blocked before the first thread starts. */
+static sigset_t block_signals(void)
+{
+	sigset_t signals;
+	sigemptyset(&signals);
+	sigaddset(&signals, SIGTERM);
+	sigaddset(&signals, SIGINT);
+	sigaddset(&signals, SIGHUP);
+	pthread_sigmask(SIG_BLOCK, &signals, NULL);
+	signal(SIGPIPE, SIG_IGN);
+	return signals;
+}
+
+static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
+{
+	enum { OTHER_FILES = 64 };
+	struct rlimit limit;
+	rlim_t need = connections + OTHER_FILES;
+	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= need)
+		return GNP_OK;
+	if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < need)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "max-connections: got %zu, need at most %llu: the process may open "
+		                     "%llu files (ulimit -n)", connections, (unsigned long long)limit.rlim_max - OTHER_FILES,
+		                     (unsigned long long)limit.rlim_max);
+	limit.rlim_cur = need;
+	if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
+		return gnp_error_set(error, GNP_IO, "open files: %s", strerror(errno));
+	return GNP_OK;
+}
+
+/* Written beside and renamed, so that whoever waits for the file never reads half of it. */
+static gnp_status write_port_file(const char *path, unsigned port, struct gnp_error *error)
+{
+	char beside[GNPD_CONFIG_TEXT + 8];
+	if (!*path)
+		return GNP_OK;
+	snprintf(beside, sizeof beside, "%s.new", path);
+	FILE *file = fopen(beside, "w");
+	if (!file)
+		return gnp_error_set(error, GNP_IO, "port-file: %s: %s", beside, strerror(errno));
+	bool written = fprintf(file, "%u\n", port) > 0;
+	written = fclose(file) == 0 && written;
+	if (!written || rename(beside, path) != 0)
+		return gnp_error_set(error, GNP_IO, "port-file: %s: %s", path, strerror(errno));
+	return GNP_OK;
+}
+
+/* True when a signal other than SIGHUP came within the time; seconds < 0: waits for one. */
+static bool wait_signal(const struct gnpd_server *server, const sigset_t *signals, double seconds)
+{
+	double until = gnp_clock() + seconds;
+	for (;;) {
+		double left = until - gnp_clock();
+		int number;
+		if (seconds < 0) {
+			number = sigwaitinfo(signals, NULL);
+		} else {
+			left = left > 0 ? left : 0;
+			struct timespec timeout = {(time_t)left, (long)((left - (double)(time_t)left) * 1e9)};
+			number = sigtimedwait(signals, NULL, &timeout);
+			if (number < 0 && errno == EAGAIN)
+				return false;
+		}
+		if (number == SIGHUP)
+			gnpd_log_event(&server->log, "info", "SIGHUP: nothing to reload");
+		else if (number > 0)
+			return true;
+	}
+}
+
+/* Waits until no request is under way; false when the time is over or another signal came. */
+static bool wait_drained(struct gnpd_server *server, const sigset_t *signals, double seconds)
+{
+	double until = gnp_clock() + seconds;
+	while (atomic_load(&server->active) > 0) {
+		if (gnp_clock() >= until || wait_signal(server, signals, 0.02))
+			return false;
+	}
+	return true;
+}
+
+static void drain(struct gnpd_server *server, const sigset_t *signals)
+{
+	const double last_words = 2; /* seconds for cancelled requests to get their answer */
+	atomic_store(&server->draining, true);
+	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
+	if (wait_drained(server, signals, server->config->drain_seconds))
+		return;
+	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
+	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
+	wait_drained(server, signals, last_words);
+}
+
+/* The library may only stop when no connection is suspended. */
+static void end_work(struct gnpd_server *server)
+{
+	gnpd_queue_close(server->queue);
+	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
+	while (atomic_load(&server->suspended) > 0)
+		usleep(1000);
+}
+
+static gnp_status serve(struct gnpd_server *server, const sigset_t *signals, struct gnp_error *error)
+{
+	struct gnpd_address address;
+	struct gnpd_http *http = NULL;
+	unsigned port;
+	int fd;
+	gnp_status status = gnpd_address_parse(server->config->listen, &address, error);
+	if (status == GNP_OK)
+		status = gnpd_listen_open(&address, &fd, &port, error);
+	if (status == GNP_OK)
+		status = gnpd_http_start_take(server, fd, &http, error);
+	if (status != GNP_OK)
+		return status;
+	status = write_port_file(server->config->port_file, port, error);
+	if (status == GNP_OK) {
+		gnpd_log_event(&server->log, "info", "gnpd " GNPD_VERSION " ready on port %u with %u workers", port,
+		               gnp_pool_workers(server->pool));
+		wait_signal(server, signals, -1);
+		drain(server, signals);
+	}
+	end_work(server);
+	gnpd_http_stop(http);
+	return status;
+}
+
+static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
+{
+	struct gnpd_server server = {.config = config, .log = {(enum gnpd_log_format)config->log_format, STDERR_FILENO}};
+	sigset_t signals = block_signals();
+	gnpd_metrics_init(&server.metrics);
+	gnp_status status = raise_file_limit(config->max_connections, error);
+	if (status == GNP_OK && getrandom(&server.boot, sizeof server.boot, 0) != sizeof server.boot)
+		status = gnp_error_set(error, GNP_IO, "random numbers: %s", strerror(errno));
+	if (status == GNP_OK)
+		status = gnp_openapi_write(&server.openapi, error);
+	if (status == GNP_OK)
+		status = gnp_pool_create((unsigned)config->workers, &server.pool, error);
+	if (status == GNP_OK)
+		status = gnpd_queue_create(config->runners, config->queue_count, config->queue_bytes, &server.queue, error);
+	if (status == GNP_OK)
+		status = gnpd_reaper_create(&server, &server.reaper, error);
+	if (status == GNP_OK)
+		status = serve(&server, &signals, error);
+	gnpd_reaper_free(server.reaper);
+	gnpd_queue_free(server.queue);
+	gnp_pool_free(server.pool);
+	gnp_buffer_clear(&server.openapi);
+	if (status == GNP_OK)
+		gnpd_log_event(&server.log, "info", "stopped");
+	return status;
+}
+
+int main(int argc, char **argv)
+{
+	struct gnpd_config config;
+	struct gnp_error error = {0};
+	enum gnpd_config_action action;
+	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
+	if (status == GNP_OK && action == GNPD_CONFIG_RUN)
+		status = run(&config, &error);
+	else if (status == GNP_OK && action == GNPD_CONFIG_HELP)
+		gnpd_config_help(stdout);
+	else if (status == GNP_OK && action == GNPD_CONFIG_PRINT)
+		gnpd_config_print(&config, stdout);
+	else if (status == GNP_OK)
+		puts(action == GNPD_CONFIG_VERSION ? "gnpd " GNPD_VERSION : "the configuration is good");
+	if (status == GNP_OK)
+		return EXIT_SUCCESS;
+	fprintf(stderr, "gnpd: %s\n", error.text);
+	return EXIT_FAILURE;
+}

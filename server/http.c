@@ -1,0 +1,440 @@
+#include "http.h"
+
+#include <arpa/inet.h>
+#include <microhttpd.h>
+#include <netinet/in.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "request.h"
+#include "routes.h"
+#include "strict.h"
+
+struct gnpd_http {
+	struct gnpd_server *server;
+	struct MHD_Daemon *daemon;
+};
+
+static struct gnpd_connection *connection_of(struct MHD_Connection *http)
+{
+	const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+	return information ? information->socket_context : NULL;
+}
+
+/* ---- the end of a request: the one place that logs, counts and frees ---- */
+
+static void log_request(const struct gnpd_request *request, double seconds)
+{
+	const struct gnpd_access access = {
+		.id = request->id, .remote = gnpd_connection_remote(request->connection), .method = request->method,
+		.path = request->target.path, .code_name = gnp_status_name(request->status), .status = request->reply.code,
+		.bytes_in = request->received, .bytes_out = gnpd_reply_size(request), .points = request->call.points,
+		.seconds = seconds, .waited = request->waited};
+	gnpd_log_access(&request->server->log, &access);
+}
+
+static void finish_request(struct gnpd_request *request)
+{
+	struct gnpd_server *server = request->server;
+	double seconds = gnp_clock() - request->started;
+	if (request->reply.code == 0) {
+		gnp_status reason = gnpd_connection_cut_reason(server->reaper, request->connection);
+		request->status = reason == GNP_OK ? GNP_CANCELLED : reason;
+		request->reply.code = gnp_status_http(request->status);
+	}
+	gnpd_metrics_request(&server->metrics, request->label, request->reply.code, seconds);
+	gnpd_metrics_stages(&server->metrics, &request->task);
+	atomic_fetch_add(&server->metrics.bytes_in, request->received);
+	atomic_fetch_add(&server->metrics.bytes_out, gnpd_reply_size(request));
+	if (request->status == GNP_OK)
+		atomic_fetch_add(&server->metrics.points, request->call.points);
+	if (server->config->access_log)
+		log_request(request, seconds);
+	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_IDLE, NULL);
+	if (request->active)
+		atomic_fetch_sub(&server->active, 1);
+	gnpd_request_free(request);
+}
+
+static void on_completed(void *context, struct MHD_Connection *http, void **request, enum MHD_RequestTerminationCode code)
+{
+	(void)context, (void)http, (void)code;
+	if (*request)
+		finish_request(*request);
+	*request = NULL;
+}
+
+/* ---- connections ---- */
+
+static void format_remote(struct MHD_Connection *http, char *text, socklen_t capacity)
+{
+	const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+	const struct sockaddr *address = information ? information->client_addr : NULL;
+	text[0] = '\0';
+	if (address && address->sa_family == AF_INET)
+		inet_ntop(AF_INET, &((const struct sockaddr_in *)address)->sin_addr, text, capacity);
+	else if (address && address->sa_family == AF_INET6)
+		inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)address)->sin6_addr, text, capacity);
+}
+
+static void on_connection(void *context, struct MHD_Connection *http, void **slot, enum MHD_ConnectionNotificationCode code)
+{
+	struct gnpd_server *server = context;
+	if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+		const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_CONNECTION_FD);
+		char remote[64];
+		format_remote(http, remote, sizeof remote);
+		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, remote) : NULL;
+	} else if (*slot) {
+		gnpd_connection_close(server->reaper, *slot);
+		*slot = NULL;
+	}
+}
+
+/* ---- replies ---- */
+
+static struct MHD_Response *make_response(struct gnpd_request *request)
+{
+	struct gnpd_reply *reply = &request->reply;
+	if (reply->tail_count == 0)
+		return MHD_create_response_from_buffer(reply->body.size, reply->body.data, MHD_RESPMEM_PERSISTENT);
+	struct MHD_IoVec *pieces = calloc(reply->tail_count + 1, sizeof *pieces);
+	if (!pieces)
+		return NULL;
+	unsigned count = 0;
+	pieces[count++] = (struct MHD_IoVec){reply->body.data, reply->body.size};
+	for (size_t i = 0; i < reply->tail_count; i++)
+		if (reply->tails[i]->size)
+			pieces[count++] = (struct MHD_IoVec){reply->tails[i]->data, reply->tails[i]->size};
+	struct MHD_Response *response = MHD_create_response_from_iovec(pieces, count, NULL, NULL);
+	free(pieces);
+	return response;
+}
+
+/* The reply's data lives as long as the request, which outlives the response: completion comes after the last byte. */
+static enum MHD_Result send_reply(struct gnpd_request *request)
+{
+	struct gnpd_reply *reply = &request->reply;
+	struct MHD_Response *response = make_response(request);
+	if (!response)
+		return MHD_NO;
+	if (reply->content_type)
+		MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, reply->content_type);
+	MHD_add_response_header(response, "X-Request-Id", request->id);
+	for (size_t i = 0; i < reply->header_count; i++)
+		MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
+	if (reply->close)
+		MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
+	request->step = GNPD_STEP_SENT;
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_REPLY, request);
+	enum MHD_Result result = MHD_queue_response(request->http, (unsigned)reply->code, response);
+	MHD_destroy_response(response);
+	return result;
+}
+
+static enum MHD_Result send_error(struct gnpd_request *request, const struct gnp_error *error)
+{
+	gnpd_reply_error(request, error);
+	return send_reply(request);
+}
+
+/* ---- work on a runner ---- */
+
+static void run_handler(struct gnpd_request *request)
+{
+	struct gnp_error error = {0};
+	gnp_status status = gnp_task_check(&request->task, &error);
+	if (status == GNP_OK)
+		status = request->route->handler(request, &error);
+	if (status != GNP_OK) {
+		error.status = status;
+		gnpd_reply_error(request, &error);
+	}
+}
+
+/* The reply is there: the library calls on_request again, which sends it. */
+static void resume(struct gnpd_request *request)
+{
+	struct gnpd_server *server = request->server;
+	request->step = GNPD_STEP_REPLY;
+	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_REPLY, request);
+	MHD_resume_connection(request->http);
+	atomic_fetch_sub(&server->suspended, 1);
+}
+
+static void run_job(struct gnpd_job *job)
+{
+	struct gnpd_request *request = (struct gnpd_request *)((char *)job - offsetof(struct gnpd_request, job));
+	request->waited = gnp_clock() - request->submitted;
+	run_handler(request);
+	gnp_task_stage(&request->task, GNP_STAGE_DONE, 0);
+	resume(request);
+}
+
+/* Suspends first: the runner may be done before submit returns. */
+static enum MHD_Result begin_work(struct gnpd_request *request)
+{
+	struct gnpd_server *server = request->server;
+	struct gnp_error error = {0};
+	request->submitted = gnp_clock();
+	request->deadline = request->submitted + server->config->work_seconds;
+	request->job.run = run_job;
+	gnp_task_init(&request->task);
+	atomic_fetch_add(&server->suspended, 1);
+	MHD_suspend_connection(request->http);
+	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_WORK, request);
+	gnp_status status = gnpd_queue_submit(server->queue, &request->job, &error);
+	if (status == GNP_OK)
+		return MHD_YES;
+	gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	gnpd_reply_error(request, &error);
+	resume(request);
+	return MHD_YES;
+}
+
+/* ---- the body ---- */
+
+/* Refuses in the middle of the body: what was read is dropped, the rest is read and dropped as far as discard_bytes. */
+static void refuse_body(struct gnpd_request *request, const struct gnp_error *error)
+{
+	gnp_buffer_clear(&request->body);
+	gnpd_reply_error(request, error);
+	request->step = GNPD_STEP_DISCARD;
+}
+
+/* Memory follows the bytes that have come, never the length that was promised. */
+static gnp_status grow_body(struct gnpd_request *request, size_t size, struct gnp_error *error)
+{
+	enum { FIRST = 65536, TRUSTED = 1048576 };
+	struct gnp_buffer *body = &request->body;
+	size_t capacity = body->capacity ? 2 * body->capacity : FIRST;
+	if (request->has_length && (request->content_length <= TRUSTED || capacity > request->content_length))
+		capacity = request->content_length;
+	if (capacity < body->size + size)
+		capacity = body->size + size;
+	gnp_status status = gnpd_request_reserve(request, capacity - body->capacity, error);
+	if (status != GNP_OK)
+		return status;
+	unsigned char *data = realloc(body->data, capacity);
+	if (!data)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "body: no memory for %zu bytes", capacity);
+	body->data = data;
+	body->capacity = capacity;
+	return GNP_OK;
+}
+
+static gnp_status append_body(struct gnpd_request *request, const char *data, size_t size, struct gnp_error *error)
+{
+	struct gnp_buffer *body = &request->body;
+	size_t limit = request->server->config->max_body_bytes;
+	if (size > limit - body->size) {
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_BODY_LIMIT);
+		return gnp_error_set(error, GNP_TOO_LARGE, "body: got more than %zu bytes, need at most that", limit);
+	}
+	gnp_status status = size > body->capacity - body->size ? grow_body(request, size, error) : GNP_OK;
+	if (status != GNP_OK)
+		return status;
+	memcpy(body->data + body->size, data, size);
+	body->size += size;
+	return GNP_OK;
+}
+
+static enum MHD_Result take_body(struct gnpd_request *request, const char *data, size_t size)
+{
+	struct gnp_error error = {0};
+	request->received += size;
+	gnpd_connection_received(request->server->reaper, request->connection, request->received);
+	if (request->step == GNPD_STEP_BODY && append_body(request, data, size, &error) != GNP_OK)
+		refuse_body(request, &error);
+	else if (request->step == GNPD_STEP_DISCARD)
+		request->discarded += size;
+	if (request->discarded <= request->server->config->discard_bytes)
+		return MHD_YES;
+	if (request->reply.code == 0) {
+		gnp_error_set(&error, GNP_TOO_LARGE, "body: this path takes none, got %zu bytes", request->received);
+		gnpd_reply_error(request, &error);
+	} else {
+		gnp_error_set(&error, request->status, "%s", gnp_status_text(request->status));
+	}
+	gnpd_connection_cut(request->server->reaper, request->connection, &error);
+	return MHD_NO;
+}
+
+static enum MHD_Result end_of_body(struct gnpd_request *request)
+{
+	if (request->reply.code)
+		return send_reply(request);
+	if (request->route->work)
+		return begin_work(request);
+	run_handler(request);
+	return send_reply(request);
+}
+
+/* ---- headers ---- */
+
+struct header_walk {
+	struct gnpd_request *request;
+	struct gnpd_strict strict;
+	const char *id;
+};
+
+static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+	struct header_walk *walk = context;
+	struct gnpd_request *request = walk->request;
+	(void)kind;
+	gnpd_strict_header(&walk->strict, name, value);
+	if (!value)
+		return MHD_YES;
+	if (strcasecmp(name, "Content-Type") == 0)
+		request->content_type = value;
+	else if (strcasecmp(name, "Content-Encoding") == 0)
+		request->content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
+	else if (strcasecmp(name, "Accept") == 0)
+		request->accept = value;
+	else if (strcasecmp(name, "Inference-Header-Content-Length") == 0)
+		request->inference_length = value;
+	else if (strcasecmp(name, "X-Request-Id") == 0)
+		walk->id = value;
+	else if (strcasecmp(name, "Expect") == 0)
+		request->expects_continue = strcasecmp(value, "100-continue") == 0;
+	else if (strcasecmp(name, "Content-Length") == 0) {
+		request->has_length = true;
+		request->content_length = strtoul(value, NULL, 10);
+	}
+	return MHD_YES;
+}
+
+/* What can be refused before the body is read. */
+static gnp_status check_admission(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_server *server = request->server;
+	gnp_status status = gnpd_routes_match(request, error);
+	if (status != GNP_OK || !request->route->work)
+		return status;
+	if (atomic_load(&server->draining)) {
+		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
+		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
+	}
+	if (request->content_length > server->config->max_body_bytes) {
+		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
+		return gnp_error_set(error, GNP_TOO_LARGE, "body: got %zu bytes, need at most %zu", request->content_length,
+		                     server->config->max_body_bytes);
+	}
+	status = gnpd_queue_check(server->queue, error);
+	if (status != GNP_OK)
+		gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	return status;
+}
+
+static enum MHD_Result on_headers(struct gnpd_request *request, const char *method, const char *version)
+{
+	struct header_walk walk = {.request = request};
+	struct gnp_error error = {0};
+	size_t discard = request->server->config->discard_bytes;
+	strncpy(request->method, method, sizeof request->method - 1);
+	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
+	gnpd_request_set_id(request, walk.id);
+	if (gnpd_strict_finish(&walk.strict, version, &error) != GNP_OK) {
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
+		request->reply.close = true;
+		return send_error(request, &error);
+	}
+	request->active = true;
+	atomic_fetch_add(&request->server->active, 1);
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_BODY, request);
+	bool admitted = check_admission(request, &error) == GNP_OK;
+	bool unread = request->expects_continue || request->content_length > discard;
+	if (admitted) {
+		request->step = request->route->work ? GNPD_STEP_BODY : GNPD_STEP_DISCARD;
+		return MHD_YES;
+	}
+	if (unread)
+		return send_error(request, &error);
+	gnpd_reply_error(request, &error);
+	request->step = GNPD_STEP_DISCARD;
+	return MHD_YES;
+}
+
+/* ---- the library's callbacks ---- */
+
+/* The first line has come. What it returns is the request's context until completion. */
+static void *on_uri(void *context, const char *uri, struct MHD_Connection *http)
+{
+	struct gnpd_server *server = context;
+	struct gnpd_connection *connection = connection_of(http);
+	struct gnpd_request *request = connection ? gnpd_request_create(server, uri) : NULL;
+	if (!request)
+		return NULL;
+	request->http = http;
+	request->connection = connection;
+	gnpd_connection_enter(server->reaper, connection, GNPD_PHASE_HEADERS, request);
+	return request;
+}
+
+static enum MHD_Result on_request(void *context, struct MHD_Connection *http, const char *url, const char *method,
+                                  const char *version, const char *data, size_t *size, void **slot)
+{
+	struct gnpd_request *request = *slot;
+	(void)context, (void)http, (void)url;
+	if (!request)
+		return MHD_NO;
+	switch (request->step) {
+	case GNPD_STEP_HEADERS:
+		return on_headers(request, method, version);
+	case GNPD_STEP_BODY:
+	case GNPD_STEP_DISCARD:
+		if (*size == 0)
+			return end_of_body(request);
+		enum MHD_Result result = take_body(request, data, *size);
+		*size = 0;
+		return result;
+	case GNPD_STEP_REPLY:
+		return send_reply(request);
+	case GNPD_STEP_SENT:
+		break;
+	}
+	return MHD_NO;
+}
+
+static void on_library_message(void *context, const char *format, va_list arguments)
+{
+	(void)context, (void)format, (void)arguments; /* what a client did wrong is in the access log */
+}
+
+gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, struct gnpd_http **out, struct gnp_error *error)
+{
+	const struct gnpd_config *config = server->config;
+	struct gnpd_http *http = calloc(1, sizeof *http);
+	if (!http) {
+		close(fd);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
+	}
+	http->server = server;
+	/* Idle connections are the reaper's; the library's own timeout stays off. */
+	http->daemon = MHD_start_daemon(
+		MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG, 0, NULL, NULL,
+		on_request, server, MHD_OPTION_EXTERNAL_LOGGER, on_library_message, NULL, MHD_OPTION_LISTEN_SOCKET, fd,
+		MHD_OPTION_THREAD_POOL_SIZE, (unsigned)config->http_threads, MHD_OPTION_CONNECTION_LIMIT,
+		(unsigned)config->max_connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT, config->connection_memory_bytes,
+		MHD_OPTION_CONNECTION_MEMORY_INCREMENT, config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+		MHD_OPTION_URI_LOG_CALLBACK, on_uri, server, MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL,
+		MHD_OPTION_NOTIFY_CONNECTION, on_connection, server, MHD_OPTION_END);
+	if (!http->daemon) {
+		close(fd);
+		free(http);
+		return gnp_error_set(error, GNP_IO, "http: the library did not start");
+	}
+	*out = http;
+	return GNP_OK;
+}
+
+void gnpd_http_stop(struct gnpd_http *http)
+{
+	if (!http)
+		return;
+	MHD_stop_daemon(http->daemon);
+	free(http);
+}

@@ -1,0 +1,121 @@
+#include "log.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { LINE = 2048 };
+
+struct line {
+	char text[LINE];
+	size_t size;
+};
+
+static void put(struct line *line, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void put(struct line *line, const char *format, ...)
+{
+	va_list arguments;
+	va_start(arguments, format);
+	size_t room = LINE - line->size;
+	int wrote = vsnprintf(line->text + line->size, room, format, arguments);
+	va_end(arguments);
+	if (wrote > 0)
+		line->size += (size_t)wrote < room ? (size_t)wrote : room - 1;
+}
+
+/* Quoted and escaped as in JSON, in both formats: what a client sent cannot forge a line. At most 200 bytes of it. */
+static void put_quoted(struct line *line, const char *text)
+{
+	put(line, "\"");
+	for (size_t i = 0; text[i] && i < 200; i++) {
+		unsigned char c = (unsigned char)text[i];
+		if (c == '"' || c == '\\')
+			put(line, "\\%c", c);
+		else if (c < 0x20 || c >= 0x7f)
+			put(line, "\\u%04x", c);
+		else
+			put(line, "%c", c);
+	}
+	put(line, "\"");
+}
+
+static void put_time(struct line *line)
+{
+	struct timespec now;
+	struct tm utc;
+	char text[32];
+	clock_gettime(CLOCK_REALTIME, &now);
+	gmtime_r(&now.tv_sec, &utc);
+	strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%S", &utc);
+	put(line, "%s.%03ldZ", text, now.tv_nsec / 1000000);
+}
+
+static void flush(const struct gnpd_log *log, struct line *line)
+{
+	if (line->size > LINE - 2)
+		line->size = LINE - 2;
+	line->text[line->size++] = '\n';
+	/* A log nobody reads must not stop the server; there is nowhere to report its failure to. */
+	ssize_t ignored = write(log->fd, line->text, line->size);
+	(void)ignored;
+}
+
+static void access_json(struct line *line, const struct gnpd_access *access)
+{
+	put(line, "{\"time\":\"");
+	put_time(line);
+	put(line, "\",\"level\":\"info\",\"event\":\"request\",\"request_id\":");
+	put_quoted(line, access->id);
+	put(line, ",\"remote\":\"%s\",\"method\":", access->remote);
+	put_quoted(line, access->method);
+	put(line, ",\"path\":");
+	put_quoted(line, access->path);
+	put(line, ",\"status\":%d,\"code\":\"%s\",\"bytes_in\":%zu,\"bytes_out\":%zu,\"points\":%zu,\"seconds\":%.6f,"
+	    "\"waited_seconds\":%.6f}", access->status, access->code_name, access->bytes_in, access->bytes_out,
+	    access->points, access->seconds, access->waited);
+}
+
+static void access_text(struct line *line, const struct gnpd_access *access)
+{
+	put_time(line);
+	put(line, " %s ", access->remote);
+	put_quoted(line, access->method);
+	put(line, " ");
+	put_quoted(line, access->path);
+	put(line, " %d %s in=%zu out=%zu points=%zu seconds=%.6f waited=%.6f id=", access->status, access->code_name,
+	    access->bytes_in, access->bytes_out, access->points, access->seconds, access->waited);
+	put_quoted(line, access->id);
+}
+
+void gnpd_log_access(const struct gnpd_log *log, const struct gnpd_access *access)
+{
+	struct line line = {.size = 0};
+	if (log->format == GNPD_LOG_JSON)
+		access_json(&line, access);
+	else
+		access_text(&line, access);
+	flush(log, &line);
+}
+
+void gnpd_log_event(const struct gnpd_log *log, const char *level, const char *format, ...)
+{
+	char text[512];
+	struct line line = {.size = 0};
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(text, sizeof text, format, arguments);
+	va_end(arguments);
+	if (log->format == GNPD_LOG_JSON) {
+		put(&line, "{\"time\":\"");
+		put_time(&line);
+		put(&line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", level);
+		put_quoted(&line, text);
+		put(&line, "}");
+	} else {
+		put_time(&line);
+		put(&line, " %s: %s", level, text);
+	}
+	flush(log, &line);
+}

@@ -1,0 +1,59 @@
+/* Counters of the process in Prometheus text form. All label sets are fixed: no client can add a time series.
+ *
+ * Counters are atomic; any thread adds, any thread writes them out. */
+#ifndef GNPD_METRICS_H
+#define GNPD_METRICS_H
+
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "message.h"
+#include "queue.h"
+#include "status.h"
+#include "task.h"
+
+/* What a request is counted as: one of these, or GNPD_LABEL_OPERATION + i for the i-th operation of the table. */
+enum gnpd_label {
+	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA,
+	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + 11
+};
+
+enum gnpd_reject {
+	GNPD_REJECT_FRAMING, GNPD_REJECT_BODY_LIMIT, GNPD_REJECT_QUEUE_COUNT, GNPD_REJECT_QUEUE_BYTES,
+	GNPD_REJECT_DRAINING, GNPD_REJECT_SLOW_HEADERS, GNPD_REJECT_SLOW_BODY, GNPD_REJECTS
+};
+
+enum gnpd_cancel { GNPD_CANCEL_CLIENT_GONE, GNPD_CANCEL_DEADLINE, GNPD_CANCEL_SHUTDOWN, GNPD_CANCELS };
+
+enum { GNPD_METRICS_CODES = 20, GNPD_METRICS_BUCKETS = 13 };
+
+struct gnpd_metrics {
+	double started; /* seconds since the epoch */
+	atomic_uint_fast64_t requests[GNPD_LABELS][GNPD_METRICS_CODES];
+	atomic_uint_fast64_t buckets[GNPD_LABELS][GNPD_METRICS_BUCKETS + 1];
+	atomic_uint_fast64_t nanoseconds[GNPD_LABELS];
+	atomic_uint_fast64_t stages[GNP_STAGE_COUNT]; /* nanoseconds */
+	atomic_uint_fast64_t rejected[GNPD_REJECTS], cancelled[GNPD_CANCELS];
+	atomic_uint_fast64_t bytes_in, bytes_out, points, accepted;
+	atomic_size_t connections;
+};
+
+void gnpd_metrics_init(struct gnpd_metrics *metrics);
+void gnpd_metrics_reject(struct gnpd_metrics *metrics, enum gnpd_reject reason);
+void gnpd_metrics_cancel(struct gnpd_metrics *metrics, enum gnpd_cancel reason);
+
+/* One finished request: code is the HTTP status (one outside the known ones counts as 500). */
+void gnpd_metrics_request(struct gnpd_metrics *metrics, enum gnpd_label label, int code, double seconds);
+/* Adds the seconds of each stage of a finished task. */
+void gnpd_metrics_stages(struct gnpd_metrics *metrics, const struct gnp_task *task);
+
+/* Finished requests of a label with a 2xx code, and with another; nanoseconds of all. */
+void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label label, uint64_t *good, uint64_t *bad,
+                         uint64_t *nanoseconds);
+
+/* Appends the exposition. state: of the queue now. */
+gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state, size_t workers,
+                              struct gnp_buffer *buffer, struct gnp_error *error);
+
+#endif

@@ -1,0 +1,50 @@
+/* The bounded queue between the HTTP threads and the runners.
+ *
+ * A runner is a thread that coordinates one request at a time: it decodes, asks the pool to compute, and encodes. There
+ * are more runners than a request needs, so a small request does not wait behind a large one.
+ * The queue is bounded by the number of requests that wait and by the bytes all requests hold: bodies as they arrive
+ * and the estimated memory of the work. */
+#ifndef GNPD_QUEUE_H
+#define GNPD_QUEUE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "status.h"
+
+struct gnpd_queue;
+
+/* Embedded in what is to run, which must live until run returns. Zero-initialise. */
+struct gnpd_job {
+	struct gnpd_job *previous, *next;
+	bool waiting;
+	void (*run)(struct gnpd_job *job); /* called once, on a runner */
+};
+
+gnp_status gnpd_queue_create(size_t runners, size_t count_max, size_t bytes_max, struct gnpd_queue **out,
+                             struct gnp_error *error);
+/* Runs what waits, then joins the runners. NULL is allowed. */
+void gnpd_queue_free(struct gnpd_queue *queue);
+
+/* Every later submit fails with GNP_DRAINING. */
+void gnpd_queue_close(struct gnpd_queue *queue);
+
+/* Queues a job. GNP_OVERLOADED naming the limit when as many as may wait do. */
+gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_job *job, struct gnp_error *error);
+/* What submit would say now. */
+gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error);
+
+/* Takes a job that still waits out of the queue, so that its place is free; false when it already runs or ran. */
+bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_job *job);
+
+/* Counts bytes a request is about to hold. GNP_TOO_LARGE when they alone exceed the limit, GNP_OVERLOADED when they do
+ * together with what is held. */
+gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t bytes, struct gnp_error *error);
+void gnpd_queue_release(struct gnpd_queue *queue, size_t bytes);
+
+struct gnpd_queue_state {
+	size_t waiting, running, bytes;
+};
+struct gnpd_queue_state gnpd_queue_state(struct gnpd_queue *queue);
+
+#endif

@@ -1,0 +1,326 @@
+#include "reaper.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+
+#include "oip.h"
+#include "request.h"
+#include "server.h"
+
+struct gnpd_connection {
+	struct gnpd_connection *previous, *next;
+	int fd;
+	enum gnpd_phase phase;
+	double since;    /* when the phase began */
+	bool used;       /* has carried a request */
+	size_t received; /* bytes of the body in GNPD_PHASE_BODY */
+	gnp_status cut;
+	struct gnpd_request *request;
+	char remote[64];
+};
+
+struct gnpd_reaper {
+	struct gnpd_server *server;
+	pthread_mutex_t lock; /* held while a socket is touched, so that none is closed and reused meanwhile */
+	pthread_cond_t wake;
+	bool stopping;
+	struct gnpd_connection *first;
+	size_t count;
+	struct pollfd *polls;               /* (max_connections) */
+	struct gnpd_connection **suspended; /* (max_connections) */
+	pthread_t thread;
+};
+
+struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const char *remote)
+{
+	struct gnpd_connection *connection = calloc(1, sizeof *connection);
+	if (!connection)
+		return NULL;
+	connection->fd = fd;
+	connection->since = gnp_clock();
+	snprintf(connection->remote, sizeof connection->remote, "%s", remote);
+	pthread_mutex_lock(&reaper->lock);
+	connection->next = reaper->first;
+	if (reaper->first)
+		reaper->first->previous = connection;
+	reaper->first = connection;
+	reaper->count++;
+	pthread_mutex_unlock(&reaper->lock);
+	atomic_fetch_add(&reaper->server->metrics.accepted, 1);
+	atomic_fetch_add(&reaper->server->metrics.connections, 1);
+	return connection;
+}
+
+void gnpd_connection_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection)
+{
+	pthread_mutex_lock(&reaper->lock);
+	if (connection->previous)
+		connection->previous->next = connection->next;
+	else
+		reaper->first = connection->next;
+	if (connection->next)
+		connection->next->previous = connection->previous;
+	reaper->count--;
+	pthread_mutex_unlock(&reaper->lock);
+	atomic_fetch_sub(&reaper->server->metrics.connections, 1);
+	free(connection);
+}
+
+void gnpd_connection_enter(struct gnpd_reaper *reaper, struct gnpd_connection *connection, enum gnpd_phase phase,
+                           struct gnpd_request *request)
+{
+	double now = gnp_clock();
+	pthread_mutex_lock(&reaper->lock);
+	connection->phase = phase;
+	connection->since = now;
+	connection->request = request;
+	connection->received = 0;
+	if (request)
+		connection->used = true;
+	pthread_mutex_unlock(&reaper->lock);
+}
+
+void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection *connection, size_t received)
+{
+	pthread_mutex_lock(&reaper->lock);
+	connection->received = received;
+	pthread_mutex_unlock(&reaper->lock);
+}
+
+struct gnpd_request *gnpd_connection_request(const struct gnpd_connection *connection)
+{
+	return connection->request;
+}
+
+const char *gnpd_connection_remote(const struct gnpd_connection *connection)
+{
+	return connection->remote;
+}
+
+gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection)
+{
+	pthread_mutex_lock(&reaper->lock);
+	gnp_status reason = connection->cut;
+	pthread_mutex_unlock(&reaper->lock);
+	return reason;
+}
+
+/* Lock held. The answer is a courtesy: what does not fit the socket's buffer is lost. */
+static void send_error(struct gnpd_connection *connection, const struct gnp_error *error, double retry_after)
+{
+	struct gnp_buffer body = {0};
+	char head[512], retry[48] = "";
+	const char *id = connection->request ? connection->request->id : "";
+	if (gnp_oip_error_body(error->status, error->text, id, &body) != GNP_OK)
+		return;
+	if (gnp_status_http(error->status) == 503)
+		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
+	int size = snprintf(head, sizeof head,
+	                    "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\nX-Request-Id: %s\r\n%sContent-Length: %zu\r\n"
+	                    "Connection: close\r\n\r\n", gnp_status_http(error->status), id, retry, body.size);
+	if (send(connection->fd, head, (size_t)size, MSG_DONTWAIT | MSG_NOSIGNAL | MSG_MORE) == size)
+		send(connection->fd, body.data, body.size, MSG_DONTWAIT | MSG_NOSIGNAL);
+	gnp_buffer_clear(&body);
+}
+
+/* Lock held. */
+static void cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+{
+	if (connection->cut != GNP_OK)
+		return;
+	connection->cut = error->status;
+	if (connection->phase == GNPD_PHASE_HEADERS || connection->phase == GNPD_PHASE_BODY)
+		send_error(connection, error, reaper->server->config->retry_after_seconds);
+	shutdown(connection->fd, SHUT_RDWR);
+}
+
+void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+{
+	pthread_mutex_lock(&reaper->lock);
+	cut(reaper, connection, error);
+	pthread_mutex_unlock(&reaper->lock);
+}
+
+/* Lock held. The fault of a connection over the deadline of its phase. */
+static gnp_status check_deadline(const struct gnpd_config *config, const struct gnpd_connection *connection,
+                                 double now, struct gnp_error *error)
+{
+	double spent = now - connection->since;
+	double rated = (spent - config->body_grace_seconds) * (double)config->min_body_rate;
+	switch (connection->phase) {
+	case GNPD_PHASE_IDLE:
+		if (spent > (connection->used ? config->idle_seconds : config->header_seconds))
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "connection: no request for %.3g s", spent);
+		break;
+	case GNPD_PHASE_HEADERS:
+		if (spent > config->header_seconds)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "headers: incomplete after %.3g s, need them in %.3g s", spent,
+			                     config->header_seconds);
+		break;
+	case GNPD_PHASE_BODY:
+		if (spent > config->body_seconds)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: incomplete after %.3g s, need it in %.3g s", spent,
+			                     config->body_seconds);
+		if ((double)connection->received < rated)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: got %zu bytes in %.3g s, need %zu bytes/s",
+			                     connection->received, spent, config->min_body_rate);
+		break;
+	case GNPD_PHASE_REPLY:
+		if (spent > config->reply_seconds)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s", config->reply_seconds);
+		break;
+	case GNPD_PHASE_WORK: break;
+	}
+	return GNP_OK;
+}
+
+/* Lock held. Stops the request's work; one that still waits is linked into *removed, to be run by the caller so that
+ * it ends at once and its place in the queue is free. */
+static void stop_work(struct gnpd_reaper *reaper, struct gnpd_request *request, gnp_status reason,
+                      enum gnpd_cancel counted, struct gnpd_job **removed)
+{
+	if (gnp_task_check(&request->task, NULL) == GNP_OK)
+		gnpd_metrics_cancel(&reaper->server->metrics, counted);
+	gnp_task_stop(&request->task, reason);
+	if (gnpd_queue_remove(reaper->server->queue, &request->job)) {
+		request->job.next = *removed;
+		*removed = &request->job;
+	}
+}
+
+/* Lock held. One poll for all suspended sockets. */
+static void probe_suspended(struct gnpd_reaper *reaper, double now, struct gnpd_job **removed)
+{
+	nfds_t count = 0;
+	for (struct gnpd_connection *c = reaper->first; c && count < reaper->server->config->max_connections; c = c->next)
+		if (c->phase == GNPD_PHASE_WORK) {
+			reaper->polls[count] = (struct pollfd){.fd = c->fd, .events = POLLRDHUP};
+			reaper->suspended[count++] = c;
+		}
+	if (count && poll(reaper->polls, count, 0) < 0)
+		return;
+	for (nfds_t i = 0; i < count; i++) {
+		struct gnpd_request *request = reaper->suspended[i]->request;
+		if (reaper->polls[i].revents & (POLLRDHUP | POLLHUP | POLLERR))
+			stop_work(reaper, request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
+		else if (now > request->deadline)
+			stop_work(reaper, request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
+	}
+}
+
+/* Lock held. */
+static void check_deadlines(struct gnpd_reaper *reaper, double now)
+{
+	for (struct gnpd_connection *c = reaper->first; c; c = c->next) {
+		struct gnp_error error = {0};
+		if (c->cut != GNP_OK || check_deadline(reaper->server->config, c, now, &error) == GNP_OK)
+			continue;
+		if (c->phase == GNPD_PHASE_HEADERS || (c->phase == GNPD_PHASE_IDLE && !c->used))
+			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_HEADERS);
+		else if (c->phase == GNPD_PHASE_BODY)
+			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_BODY);
+		cut(reaper, c, &error);
+	}
+}
+
+/* Lock not held: a job's end enters the next phase. */
+static void run_removed(struct gnpd_job *removed)
+{
+	while (removed) {
+		struct gnpd_job *job = removed;
+		removed = job->next;
+		job->next = NULL;
+		job->run(job);
+	}
+}
+
+static void wait_tick(struct gnpd_reaper *reaper)
+{
+	struct timespec until;
+	clock_gettime(CLOCK_MONOTONIC, &until);
+	until.tv_nsec += 100000000;
+	if (until.tv_nsec >= 1000000000) {
+		until.tv_nsec -= 1000000000;
+		until.tv_sec++;
+	}
+	pthread_cond_timedwait(&reaper->wake, &reaper->lock, &until);
+}
+
+static void *reaper_main(void *argument)
+{
+	struct gnpd_reaper *reaper = argument;
+	pthread_mutex_lock(&reaper->lock);
+	while (!reaper->stopping) {
+		struct gnpd_job *removed = NULL;
+		double now = gnp_clock();
+		check_deadlines(reaper, now);
+		probe_suspended(reaper, now, &removed);
+		if (removed) {
+			pthread_mutex_unlock(&reaper->lock);
+			run_removed(removed);
+			pthread_mutex_lock(&reaper->lock);
+		}
+		if (!reaper->stopping)
+			wait_tick(reaper);
+	}
+	pthread_mutex_unlock(&reaper->lock);
+	return NULL;
+}
+
+void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason)
+{
+	struct gnpd_job *removed = NULL;
+	pthread_mutex_lock(&reaper->lock);
+	for (struct gnpd_connection *c = reaper->first; c; c = c->next)
+		if (c->phase == GNPD_PHASE_WORK)
+			stop_work(reaper, c->request, reason, GNPD_CANCEL_SHUTDOWN, &removed);
+	pthread_mutex_unlock(&reaper->lock);
+	run_removed(removed);
+}
+
+static void release(struct gnpd_reaper *reaper)
+{
+	pthread_cond_destroy(&reaper->wake);
+	pthread_mutex_destroy(&reaper->lock);
+	free(reaper->polls);
+	free(reaper->suspended);
+	free(reaper);
+}
+
+gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **out, struct gnp_error *error)
+{
+	struct gnpd_reaper *reaper = calloc(1, sizeof *reaper);
+	if (!reaper)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: no memory");
+	pthread_condattr_t monotonic;
+	pthread_condattr_init(&monotonic);
+	pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+	pthread_cond_init(&reaper->wake, &monotonic);
+	pthread_condattr_destroy(&monotonic);
+	pthread_mutex_init(&reaper->lock, NULL);
+	reaper->server = server;
+	reaper->polls = calloc(server->config->max_connections, sizeof *reaper->polls);
+	reaper->suspended = calloc(server->config->max_connections, sizeof *reaper->suspended);
+	if (!reaper->polls || !reaper->suspended || pthread_create(&reaper->thread, NULL, reaper_main, reaper) != 0) {
+		release(reaper);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: cannot start");
+	}
+	*out = reaper;
+	return GNP_OK;
+}
+
+void gnpd_reaper_free(struct gnpd_reaper *reaper)
+{
+	if (!reaper)
+		return;
+	pthread_mutex_lock(&reaper->lock);
+	reaper->stopping = true;
+	pthread_cond_signal(&reaper->wake);
+	pthread_mutex_unlock(&reaper->lock);
+	pthread_join(reaper->thread, NULL);
+	release(reaper);
+}

@@ -1,0 +1,107 @@
+#include "request.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "oip.h"
+#include "routes.h"
+#include "server.h"
+
+struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char *uri)
+{
+	struct gnpd_request *request = calloc(1, sizeof *request);
+	if (!request)
+		return NULL;
+	request->server = server;
+	request->started = gnp_clock();
+	gnp_task_init(&request->task);
+	gnpd_request_set_id(request, NULL);
+	if (gnpd_target_parse(uri, &request->target) != GNP_OK) {
+		free(request);
+		return NULL;
+	}
+	return request;
+}
+
+static void reply_clear(struct gnpd_reply *reply)
+{
+	gnp_buffer_clear(&reply->body);
+	free(reply->tails);
+	memset(reply, 0, sizeof *reply);
+}
+
+void gnpd_request_free(struct gnpd_request *request)
+{
+	if (!request)
+		return;
+	gnpd_queue_release(request->server->queue, request->reserved);
+	reply_clear(&request->reply);
+	gnp_response_clear(&request->response);
+	gnp_request_clear(&request->message);
+	gnp_buffer_clear(&request->decoded);
+	gnp_buffer_clear(&request->body);
+	gnpd_target_clear(&request->target);
+	free(request);
+}
+
+void gnpd_request_set_id(struct gnpd_request *request, const char *id)
+{
+	static const char allowed[] = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ._:-";
+	size_t length = id ? strlen(id) : 0;
+	if (length >= 1 && length <= GNPD_ID_MAX && strspn(id, allowed) == length) {
+		memcpy(request->id, id, length + 1);
+		return;
+	}
+	if (request->id[0])
+		return;
+	snprintf(request->id, sizeof request->id, "%08x-%08llx", request->server->boot,
+	         (unsigned long long)atomic_fetch_add(&request->server->requests, 1));
+}
+
+gnp_status gnpd_request_reserve(struct gnpd_request *request, size_t bytes, struct gnp_error *error)
+{
+	gnp_status status = gnpd_queue_reserve(request->server->queue, bytes, error);
+	if (status == GNP_OK)
+		request->reserved += bytes;
+	else
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_QUEUE_BYTES);
+	return status;
+}
+
+void gnpd_reply_header(struct gnpd_request *request, const char *name, const char *format, ...)
+{
+	struct gnpd_reply *reply = &request->reply;
+	if (reply->header_count == GNPD_REPLY_HEADERS_MAX)
+		return;
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(reply->headers[reply->header_count].value, sizeof reply->headers[0].value, format, arguments);
+	va_end(arguments);
+	reply->headers[reply->header_count++].name = name;
+}
+
+void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *error)
+{
+	gnp_status status = error->status == GNP_OK ? GNP_INTERNAL : error->status;
+	bool close = request->reply.close;
+	reply_clear(&request->reply);
+	request->status = status;
+	request->reply.close = close;
+	request->reply.code = gnp_status_http(status);
+	request->reply.content_type = "application/json";
+	if (request->reply.code == 503)
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
+	if (status == GNP_METHOD_NOT_ALLOWED)
+		gnpd_reply_header(request, "Allow", "%s", gnpd_routes_allow(&request->target));
+	gnp_oip_error_body(status, error->text[0] ? error->text : gnp_status_text(status), request->id, &request->reply.body);
+}
+
+size_t gnpd_reply_size(const struct gnpd_request *request)
+{
+	size_t size = request->reply.body.size;
+	for (size_t i = 0; i < request->reply.tail_count; i++)
+		size += request->reply.tails[i]->size;
+	return size;
+}

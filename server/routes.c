@@ -1,0 +1,118 @@
+#include "routes.h"
+
+#include <string.h>
+
+#include "server.h"
+
+static const struct gnpd_route routes[] = {
+	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA},
+	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH},
+	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH},
+	{"POST", "/v2/repository/index", gnpd_v2_index, false, GNPD_LABEL_METADATA},
+	{"GET", "/v2/models/{model}", gnpd_v2_model, false, GNPD_LABEL_METADATA},
+	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH},
+	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA},
+	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION},
+	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, false, GNPD_LABEL_METADATA},
+	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH},
+	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA},
+	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION},
+	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION},
+	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS},
+	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI},
+};
+enum { ROUTES = sizeof routes / sizeof routes[0] };
+
+struct captures {
+	const char *model, *version;
+};
+
+static bool match_path(const char *pattern, const struct gnpd_target *target, struct captures *captures)
+{
+	*captures = (struct captures){NULL, NULL};
+	if (!target->valid)
+		return false;
+	for (unsigned i = 0; i < target->count; i++) {
+		const char *segment = target->segments[i];
+		if (*pattern++ != '/')
+			return false;
+		size_t length = strcspn(pattern, "/");
+		if (strncmp(pattern, "{model}", length) == 0)
+			captures->model = segment;
+		else if (strncmp(pattern, "{version}", length) == 0)
+			captures->version = segment;
+		else if (strlen(segment) != length || memcmp(pattern, segment, length) != 0)
+			return false;
+		pattern += length;
+	}
+	return *pattern == '\0';
+}
+
+static bool match_method(const struct gnpd_route *route, const char *method)
+{
+	return strcmp(route->method, method) == 0 || (strcmp(route->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
+}
+
+const char *gnpd_routes_allow(const struct gnpd_target *target)
+{
+	struct captures captures;
+	for (size_t i = 0; i < ROUTES; i++)
+		if (match_path(routes[i].path, target, &captures))
+			return strcmp(routes[i].method, "GET") == 0 ? "GET, HEAD" : "POST";
+	return "";
+}
+
+static gnp_status unknown_model(const char *model, struct gnp_error *error)
+{
+	char known[256] = "";
+	const struct gnp_operation *operation;
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
+		strncat(known, i ? ", " : "", sizeof known - strlen(known) - 1);
+		strncat(known, operation->name, sizeof known - strlen(known) - 1);
+	}
+	return gnp_error_set(error, GNP_NOT_FOUND, "model: got \"%.64s\", known: %s", model, known);
+}
+
+/* The model and its version exist; the label becomes the operation's where the route says so. */
+static gnp_status resolve_model(struct gnpd_request *request, struct gnp_error *error)
+{
+	const struct gnp_operation *operation = NULL;
+	if (!request->model)
+		return GNP_OK;
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
+		if (strcmp(operation->name, request->model) != 0)
+			continue;
+		if (request->label == GNPD_LABEL_OPERATION && GNPD_LABEL_OPERATION + i < GNPD_LABELS)
+			request->label = (enum gnpd_label)(GNPD_LABEL_OPERATION + i);
+		break;
+	}
+	if (!operation) {
+		request->label = GNPD_LABEL_OTHER;
+		return unknown_model(request->model, error);
+	}
+	if (request->version && strcmp(request->version, "1") != 0)
+		return gnp_error_set(error, GNP_NOT_FOUND, "version: got \"%.64s\", known: 1", request->version);
+	return GNP_OK;
+}
+
+gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error)
+{
+	bool path_known = false;
+	for (size_t i = 0; i < ROUTES; i++) {
+		struct captures captures;
+		if (!match_path(routes[i].path, &request->target, &captures))
+			continue;
+		path_known = true;
+		if (!match_method(&routes[i], request->method))
+			continue;
+		request->route = &routes[i];
+		request->model = captures.model;
+		request->version = captures.version;
+		request->label = routes[i].label;
+		return resolve_model(request, error);
+	}
+	if (path_known)
+		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method,
+		                     gnpd_routes_allow(&request->target));
+	return gnp_error_set(error, GNP_NOT_FOUND, "path: there is no \"%.100s\"", request->target.path);
+}

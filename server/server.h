@@ -1,0 +1,30 @@
+/* What the parts of the daemon share. Filled by main before the first connection, torn down after the last. */
+#ifndef GNPD_SERVER_H
+#define GNPD_SERVER_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#include "config.h"
+#include "log.h"
+#include "metrics.h"
+#include "pool.h"
+#include "queue.h"
+#include "reaper.h"
+
+struct gnpd_server {
+	const struct gnpd_config *config;
+	struct gnpd_log log;
+	struct gnpd_metrics metrics;
+	struct gnp_pool *pool;
+	struct gnpd_queue *queue;
+	struct gnpd_reaper *reaper;
+	struct gnp_buffer openapi;         /* written once */
+	unsigned boot;                     /* random, the first half of generated request ids */
+	atomic_uint_fast64_t requests;     /* the second half */
+	atomic_size_t active;              /* requests past their headers whose answer is not out */
+	atomic_size_t suspended;           /* connections that wait for a runner's answer */
+	atomic_bool draining;              /* no new work */
+};
+
+#endif

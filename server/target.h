@@ -1,0 +1,29 @@
+/* The request target: path segments and query parameters, percent-decoded. No path ever reaches the file system. */
+#ifndef GNPD_TARGET_H
+#define GNPD_TARGET_H
+
+#include <stdbool.h>
+
+#include "message.h"
+#include "status.h"
+
+enum { GNPD_SEGMENTS_MAX = 8, GNPD_QUERY_MAX = 64 };
+
+struct gnpd_target {
+	char *path;     /* as it came, without the query: for the log */
+	char *decoded;  /* holds the segments */
+	char *query;    /* as it came; NULL without one */
+	unsigned count; /* of segments; empty ones (// and a trailing /) are skipped */
+	bool valid;     /* false: too many segments, a bad escape or an encoded NUL; no route matches */
+	char *segments[GNPD_SEGMENTS_MAX];
+};
+
+/* uri: as in the request line. GNP_OUT_OF_MEMORY only. */
+gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target);
+void gnpd_target_clear(struct gnpd_target *target);
+
+/* Appends the query's parameters as strings, '+' read as space. GNP_INVALID_ARGUMENT for bad escapes, a name without a
+ * value's '=', a repeated name, or more than GNPD_QUERY_MAX. */
+gnp_status gnpd_query_parse(const char *query, struct gnp_values *values, struct gnp_error *error);
+
+#endif

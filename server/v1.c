@@ -1,0 +1,106 @@
+/* Files in, files out. The input's format: Content-Type, else the body's first bytes, else ?format=. The output's: Accept,
+ * else ?format=, else the input's where it can be written, else PLY. All other query parameters are the operation's. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "file.h"
+#include "routes.h"
+#include "server.h"
+#include "work.h"
+
+/* Takes ?format= out of the parameters; *named: there was one. */
+static gnp_status take_format(struct gnp_values *values, enum gnp_format *format, bool *named, struct gnp_error *error)
+{
+	*named = false;
+	for (size_t i = 0; i < values->count; i++) {
+		struct gnp_value *value = &values->items[i];
+		if (strcmp(value->name, "format") != 0)
+			continue;
+		if (!gnp_format_by_name(value->string, format))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, pcd, obj, vtk, json", value->string);
+		free(value->name);
+		free(value->string);
+		*value = values->items[--values->count];
+		*named = true;
+		return GNP_OK;
+	}
+	return GNP_OK;
+}
+
+static gnp_status input_format(const struct gnpd_request *request, const unsigned char *body, size_t size, bool named,
+                               enum gnp_format wanted, enum gnp_format *format, struct gnp_error *error)
+{
+	if (!(request->content_type && gnp_format_by_media_type(request->content_type, format)) &&
+	    !gnp_format_by_magic(body, size, format)) {
+		if (!named)
+			return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA,
+			                     "body: Content-Type \"%.64s\" is no known format, the body does not look like one, and there "
+			                     "is no ?format=", request->content_type ? request->content_type : "");
+		*format = wanted;
+	}
+	if (!gnp_format_readable(*format))
+		return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA, "body: format %s can only be written",
+		                     gnp_format_name(*format));
+	return GNP_OK;
+}
+
+static gnp_status output_format(const struct gnpd_request *request, bool named, enum gnp_format wanted,
+                                enum gnp_format input, enum gnp_format *format, struct gnp_error *error)
+{
+	*format = named ? wanted : gnp_format_writable(input) ? input : GNP_FORMAT_PLY;
+	if (request->accept && !gnp_format_by_accept(request->accept, format))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "Accept: got \"%.100s\", none of its types can be written",
+		                     request->accept);
+	if (!gnp_format_writable(*format))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format: %s can only be read", gnp_format_name(*format));
+	return GNP_OK;
+}
+
+static gnp_status decode(struct gnpd_request *request, const unsigned char *body, size_t size, struct gnp_error *error)
+{
+	enum gnp_format wanted = GNP_FORMAT_PLY, input = GNP_FORMAT_PLY, output;
+	bool named;
+	gnp_status status = gnpd_query_parse(request->target.query, &request->message.parameters, error);
+	if (status == GNP_OK)
+		status = take_format(&request->message.parameters, &wanted, &named, error);
+	if (status == GNP_OK)
+		status = input_format(request, body, size, named, wanted, &input, error);
+	if (status == GNP_OK)
+		status = output_format(request, named, wanted, input, &output, error);
+	if (status != GNP_OK)
+		return status;
+	request->output_format = output;
+	return gnp_file_decode(input, body, size, request->server->config->max_points, &request->message.inputs, error);
+}
+
+static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *tensor, struct gnp_error *error)
+{
+	struct gnp_tensor *added;
+	return gnp_tensors_add_data(tensors, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data, false,
+	                            &added, error);
+}
+
+/* A file of results needs the points they belong to: the computed ones, else those that came. */
+static gnp_status encode(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnp_tensors tensors = {0};
+	const struct gnp_tensors *outputs = &request->response.outputs;
+	gnp_status status = GNP_OK;
+	if (!gnp_tensors_find(outputs, "points"))
+		status = borrow(&tensors, gnp_tensors_find(&request->message.inputs, "points"), error);
+	for (size_t i = 0; i < outputs->count && status == GNP_OK; i++)
+		status = borrow(&tensors, &outputs->items[i], error);
+	if (status == GNP_OK)
+		status = gnp_file_encode(request->output_format, &tensors, &request->response.parameters, &request->reply.body,
+		                         error);
+	gnp_tensors_clear(&tensors);
+	request->reply.content_type = gnp_format_media_type(request->output_format);
+	return status;
+}
+
+gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error)
+{
+	static const struct gnpd_codec codec = {decode, encode};
+	return gnpd_work_run(request, &codec, error);
+}

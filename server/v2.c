@@ -1,0 +1,93 @@
+/* The Open Inference Protocol: server and model metadata, infer. */
+#include "oip.h"
+#include "routes.h"
+#include "server.h"
+#include "work.h"
+
+static struct gnp_buffer *begin_json(struct gnpd_request *request)
+{
+	request->reply.code = 200;
+	request->reply.content_type = "application/json";
+	return &request->reply.body;
+}
+
+gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
+{
+	return gnp_buffer_printf(begin_json(request), error,
+	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "\",\"extensions\":[\"binary_tensor_data\","
+	                         "\"model_repository\",\"statistics\"]}\n");
+}
+
+gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnp_buffer *body = begin_json(request);
+	const struct gnp_operation *operation;
+	gnp_status status = gnp_buffer_printf(body, error, "[");
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL && status == GNP_OK; i++)
+		status = gnp_buffer_printf(body, error, "%s{\"name\":\"%s\",\"version\":\"1\",\"state\":\"READY\"}", i ? "," : "",
+		                           operation->name);
+	return status == GNP_OK ? gnp_buffer_printf(body, error, "]\n") : status;
+}
+
+gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)
+{
+	return gnp_oip_model_metadata(gnp_operation_find(request->model), begin_json(request), error);
+}
+
+gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)
+{
+	if (atomic_load(&request->server->draining))
+		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
+	return gnp_buffer_printf(begin_json(request), error, "{\"name\":\"%s\",\"ready\":true}\n",
+	                         gnp_operation_find(request->model)->name);
+}
+
+static enum gnpd_label operation_label(const struct gnp_operation *operation)
+{
+	const struct gnp_operation *other;
+	for (size_t i = 0; (other = gnp_operation_at(i)) != NULL; i++)
+		if (other == operation && GNPD_LABEL_OPERATION + i < GNPD_LABELS)
+			return (enum gnpd_label)(GNPD_LABEL_OPERATION + i);
+	return GNPD_LABEL_OTHER;
+}
+
+gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *error)
+{
+	const struct gnp_operation *operation = gnp_operation_find(request->model);
+	uint64_t good, bad, nanoseconds;
+	gnpd_metrics_totals(&request->server->metrics, operation_label(operation), &good, &bad, &nanoseconds);
+	return gnp_buffer_printf(begin_json(request), error,
+	                         "{\"model_stats\":[{\"name\":\"%s\",\"version\":\"1\",\"inference_count\":%llu,"
+	                         "\"inference_stats\":{\"success\":{\"count\":%llu},\"fail\":{\"count\":%llu},"
+	                         "\"total\":{\"count\":%llu,\"ns\":%llu}}}]}\n",
+	                         operation->name, (unsigned long long)good, (unsigned long long)good, (unsigned long long)bad,
+	                         (unsigned long long)(good + bad), (unsigned long long)nanoseconds);
+}
+
+static gnp_status decode(struct gnpd_request *request, const unsigned char *body, size_t size, struct gnp_error *error)
+{
+	size_t header = GNP_OIP_NO_HEADER;
+	gnp_status status = GNP_OK;
+	if (request->inference_length)
+		status = gnp_oip_header_length(request->inference_length, size, &header, error);
+	return status == GNP_OK ? gnp_oip_decode_request(body, size, header, &request->message, error) : status;
+}
+
+static gnp_status encode(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_reply *reply = &request->reply;
+	gnp_status status = gnp_oip_encode_response(request->call.operation, &request->message, &request->response,
+	                                            &reply->body, &reply->tails, &reply->tail_count, error);
+	if (status != GNP_OK)
+		return status;
+	reply->content_type = reply->tail_count ? "application/octet-stream" : "application/json";
+	if (reply->tail_count)
+		gnpd_reply_header(request, "Inference-Header-Content-Length", "%zu", reply->body.size);
+	return GNP_OK;
+}
+
+gnp_status gnpd_v2_infer(struct gnpd_request *request, struct gnp_error *error)
+{
+	static const struct gnpd_codec codec = {decode, encode};
+	return gnpd_work_run(request, &codec, error);
+}

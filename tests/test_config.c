@@ -1,0 +1,199 @@
+/* Configuration: precedence, ranges, unknown keys, the address rule, and print-config that reads back. */
+#include "test.h"
+
+#include <unistd.h>
+
+#include "config.h"
+#include "listen.h"
+
+static struct gnpd_config config;
+static struct gnp_error error;
+
+static gnp_status set(const char *key, const char *text)
+{
+	error = (struct gnp_error){0};
+	return gnpd_config_set(&config, key, text, &error);
+}
+
+static gnp_status load(char *const *flags, char *const *environment, enum gnpd_config_action *action)
+{
+	int count = 0;
+	while (flags[count])
+		count++;
+	error = (struct gnp_error){0};
+	return gnpd_config_load(&config, count, flags, environment, action, &error);
+}
+
+static char *write_file(const char *text)
+{
+	static char path[64];
+	strcpy(path, "/tmp/test_config.XXXXXX");
+	int fd = mkstemp(path);
+	CHECK(fd >= 0 && write(fd, text, strlen(text)) == (ssize_t)strlen(text));
+	close(fd);
+	return path;
+}
+
+static void defaults_are_loopback_and_bounded(void)
+{
+	gnpd_config_defaults(&config);
+	CHECK_STRING(config.listen, "127.0.0.1:8080");
+	CHECK(!config.insecure);
+	CHECK(config.access_log);
+	CHECK(config.max_body_bytes == (size_t)512 << 20);
+	CHECK(config.queue_bytes == (size_t)4 << 30);
+	CHECK(config.connection_memory_bytes == 131072);
+	CHECK_NEAR(config.drain_seconds, 30, 0);
+	CHECK(config.log_format == GNPD_LOG_TEXT);
+}
+
+static void values_are_checked_against_their_range(void)
+{
+	gnpd_config_defaults(&config);
+	CHECK(set("queue-count", "0") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "queue-count: got \"0\", need 1..65536");
+	CHECK(set("queue-count", "-1") == GNP_INVALID_ARGUMENT);
+	CHECK(set("queue-count", "12x") == GNP_INVALID_ARGUMENT);
+	CHECK(set("queue-count", "1e3") == GNP_INVALID_ARGUMENT);
+	CHECK(set("queue-count", "") == GNP_INVALID_ARGUMENT);
+	CHECK(set("queue-count", "99999999999999999999999") == GNP_INVALID_ARGUMENT);
+	CHECK(set("queue-count", "4K") == GNP_INVALID_ARGUMENT);
+	CHECK(config.queue_count == 64);
+	CHECK(set("max-body-bytes", "3k") == GNP_OK && config.max_body_bytes == 3072);
+	CHECK(set("max-body-bytes", "2G") == GNP_OK && config.max_body_bytes == (size_t)2 << 30);
+	CHECK(set("max-body-bytes", "2GB") == GNP_INVALID_ARGUMENT);
+	CHECK(set("work-seconds", "0.25") == GNP_OK && config.work_seconds == 0.25);
+	CHECK(set("work-seconds", "nan") == GNP_INVALID_ARGUMENT);
+	CHECK(set("work-seconds", "-1") == GNP_INVALID_ARGUMENT);
+	CHECK(set("insecure", "maybe") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "insecure: got \"maybe\", need true or false");
+	CHECK(set("log-format", "xml") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "log-format: got \"xml\", need text or json");
+	CHECK(set("queue-size", "1") == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "queue-size: unknown key");
+}
+
+static void text_longer_than_its_field_is_refused(void)
+{
+	char path[GNPD_CONFIG_TEXT + 1];
+	memset(path, 'x', sizeof path - 1);
+	path[sizeof path - 1] = '\0';
+	gnpd_config_defaults(&config);
+	CHECK(set("port-file", path) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "port-file: got 1024 characters, need at most 1023");
+	CHECK_STRING(config.port_file, "");
+}
+
+static void flags_win_over_environment_over_file(void)
+{
+	char *path = write_file("# limits\n\nqueue-count = 1\n  runners=2  \nhttp-threads = 3\n");
+	char *flags[] = {"gnpd", "--config", path, "--queue-count=30", "--insecure", "--log-format", "json", NULL};
+	char *environment[] = {"PATH=/bin", "GNPD_QUEUE_COUNT=20", "GNPD_RUNNERS=21", NULL};
+	enum gnpd_config_action action;
+	CHECK(load(flags, environment, &action) == GNP_OK);
+	CHECK(action == GNPD_CONFIG_RUN);
+	CHECK(config.queue_count == 30);
+	CHECK(config.runners == 21);
+	CHECK(config.http_threads == 3);
+	CHECK(config.insecure);
+	CHECK(config.log_format == GNPD_LOG_JSON);
+	unlink(path);
+}
+
+static void unknown_keys_are_errors_everywhere(void)
+{
+	enum gnpd_config_action action;
+	char *none[] = {NULL};
+	char *flag[] = {"gnpd", "--colour", "red", NULL};
+	CHECK(load(flag, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "--colour: unknown key");
+	char *word[] = {"gnpd", "start", NULL};
+	CHECK(load(word, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "start: not a flag");
+	char *missing[] = {"gnpd", "--listen", NULL};
+	CHECK(load(missing, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "--listen: a value is missing");
+
+	char *plain[] = {"gnpd", NULL};
+	char *environment[] = {"GNPD_COLOUR=red", NULL};
+	CHECK(load(plain, environment, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "environment: colour: unknown key");
+	char *injected[] = {"GNPD_SERVICE_HOST=10.0.0.1", "GNPD_PORT=tcp://10.0.0.1:80", "GNPD_PORT_80_TCP=x", NULL};
+	CHECK(load(plain, injected, &action) == GNP_OK);
+
+	char *path = write_file("runners = 2\ncolour = red\n");
+	char *file[] = {"gnpd", "--config", path, NULL};
+	CHECK(load(file, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, ":2: colour: unknown key");
+	unlink(path);
+	CHECK(load(file, none, &action) == GNP_IO);
+	CHECK_CONTAINS(error.text, "No such file");
+}
+
+static void only_loopback_without_insecure(void)
+{
+	enum gnpd_config_action action;
+	char *none[] = {NULL};
+	char *open[] = {"gnpd", "--listen", "0.0.0.0:80", NULL};
+	CHECK(load(open, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "listen: got \"0.0.0.0:80\", need a loopback address");
+	char *insecure[] = {"gnpd", "--listen", "0.0.0.0:80", "--insecure", NULL};
+	CHECK(load(insecure, none, &action) == GNP_OK);
+	char *directory[] = {"gnpd", "--weights-dir", "/dev/null/weights", NULL};
+	CHECK(load(directory, none, &action) == GNP_IO);
+	CHECK_CONTAINS(error.text, "weights-dir: /dev/null/weights");
+	char *file[] = {"gnpd", "--weights-dir", "/dev/null", NULL};
+	CHECK(load(file, none, &action) == GNP_IO);
+}
+
+static void addresses_are_numeric(void)
+{
+	struct gnpd_address address;
+	static const char *const good[] = {"127.0.0.1:0", "[::1]:65535", "localhost:1", "127.8.8.8:80"};
+	static const char *const bad[] = {"", ":80", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:x", "::1:80",
+	                                  "[127.0.0.1]:80", "example.org:80", "[::1:80", "127.0.0.1:-1", "127.0.0.1:+1"};
+	for (size_t i = 0; i < sizeof good / sizeof good[0]; i++) {
+		CHECK(gnpd_address_parse(good[i], &address, NULL) == GNP_OK);
+		CHECK(gnpd_address_is_loopback(&address));
+	}
+	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+		if (gnpd_address_parse(bad[i], &address, NULL) != GNP_INVALID_ARGUMENT) {
+			fprintf(stderr, "accepted \"%s\"\n", bad[i]);
+			test_failures++;
+		}
+	CHECK(gnpd_address_parse("[::]:80", &address, NULL) == GNP_OK);
+	CHECK(!gnpd_address_is_loopback(&address));
+}
+
+static void printed_configuration_reads_back(void)
+{
+	struct gnpd_config again;
+	char *path = write_file("");
+	gnpd_config_defaults(&config);
+	CHECK(set("listen", "[::1]:9") == GNP_OK && set("work-seconds", "1.5") == GNP_OK && set("insecure", "true") == GNP_OK);
+	CHECK(set("queue-bytes", "7M") == GNP_OK && set("log-format", "json") == GNP_OK);
+	FILE *file = fopen(path, "w");
+	gnpd_config_print(&config, file);
+	fclose(file);
+	gnpd_config_defaults(&again);
+	CHECK(gnpd_config_read_file(&again, path, NULL) == GNP_OK);
+	CHECK_STRING(again.listen, config.listen);
+	CHECK(again.queue_bytes == config.queue_bytes && again.work_seconds == 1.5 && again.insecure);
+	CHECK(again.log_format == GNPD_LOG_JSON && again.min_body_rate == config.min_body_rate);
+	unlink(path);
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {
+		TEST(defaults_are_loopback_and_bounded),
+		TEST(values_are_checked_against_their_range),
+		TEST(text_longer_than_its_field_is_refused),
+		TEST(flags_win_over_environment_over_file),
+		TEST(unknown_keys_are_errors_everywhere),
+		TEST(only_loopback_without_insecure),
+		TEST(addresses_are_numeric),
+		TEST(printed_configuration_reads_back),
+	};
+	return RUN_TESTS(tests);
+}
