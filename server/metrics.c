@@ -26,7 +26,15 @@ static const char *label_name(unsigned label)
 	if (label < GNPD_LABEL_OPERATION)
 		return labels[label];
 	const struct gnp_operation *operation = gnp_operation_at(label - GNPD_LABEL_OPERATION);
-	return operation ? operation->name : NULL;
+	return operation ? operation->name : "";
+}
+
+static unsigned label_count(void)
+{
+	unsigned count = GNPD_LABEL_OPERATION;
+	while (count < GNPD_LABELS && gnp_operation_at(count - GNPD_LABEL_OPERATION))
+		count++;
+	return count;
 }
 
 void gnpd_metrics_init(struct gnpd_metrics *metrics)
@@ -93,7 +101,7 @@ static gnp_status write_family(struct gnp_buffer *buffer, const char *name, cons
 static gnp_status write_requests(const struct gnpd_metrics *metrics, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = write_family(buffer, "requests_total", "counter", "Finished requests.", error);
-	for (unsigned label = 0; label < GNPD_LABELS && label_name(label); label++)
+	for (unsigned label = 0, count = label_count(); label < count; label++)
 		for (size_t i = 0; i < GNPD_METRICS_CODES && status == GNP_OK; i++)
 			status = gnp_buffer_printf(buffer, error, "gnpd_requests_total{operation=\"%s\",code=\"%d\"} %llu\n",
 			                           label_name(label), codes[i],
@@ -126,7 +134,7 @@ static gnp_status write_durations(const struct gnpd_metrics *metrics, struct gnp
 {
 	gnp_status status = write_family(buffer, "request_duration_seconds", "histogram",
 	                                 "From the request line to the end of the answer.", error);
-	for (unsigned label = 0; label < GNPD_LABELS && label_name(label) && status == GNP_OK; label++)
+	for (unsigned label = 0, count = label_count(); label < count && status == GNP_OK; label++)
 		status = write_histogram(metrics, label, buffer, error);
 	return status;
 }

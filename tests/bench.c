@@ -1,0 +1,207 @@
+/* bench OUT.json [CASE]: times the core on analytic clouds; a row a case with points, median seconds (whole and by stage),
+ * peak memory, and the single-core sgemm rate of the same run, so that figures of different machines compare as ratios.
+ * Every case runs in a process of its own: its peak memory is its alone. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "estimate.h"
+#include "linalg.h"
+#include "shapes.h"
+
+enum { RUNS_MAX = 9 };
+
+struct row {
+	double seconds, stage[GNP_STAGE_COUNT]; /* medians */
+	double bytes; /* peak resident size above that of the loaded sample */
+	double sgemm; /* floating-point operations a second of one core */
+	int failed;
+};
+
+struct bench_case {
+	const char *name, *shape;
+	size_t points;
+	int runs, cover, k, with_normals;
+	uint64_t quantities; /* 0: the default ones */
+};
+
+static const struct bench_case cases[] = {
+	{"estimate_all_100k", "toroidal", 100000, 7, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL},
+	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_COVER_COVER, 30, 0, 0},
+	{"estimate_all_2k", "toroidal", 2000, 9, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL},
+};
+
+static int ascending(const void *a, const void *b)
+{
+	double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+static double median(double *values, int count)
+{
+	qsort(values, (size_t)count, sizeof *values, ascending);
+	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}
+
+/* Best of several products of 768 x 768: the rate a kernel could reach. */
+static double sgemm_rate(void)
+{
+	enum { N = 768, TRIES = 9 };
+	float *a = malloc(N * N * sizeof *a), *b = malloc(N * N * sizeof *b), *c = malloc(N * N * sizeof *c);
+	double best = 0;
+	for (size_t i = 0; a && b && i < (size_t)N * N; i++)
+		a[i] = b[i] = (float)(i % 97) / 97;
+	for (int i = 0; a && b && c && i < TRIES; i++) {
+		double start = gnp_clock();
+		gnp_linalg_sgemm(N, N, N, a, b, c);
+		double rate = 2.0 * N * N * N / (gnp_clock() - start);
+		best = rate > best ? rate : best;
+	}
+	free(a);
+	free(b);
+	free(c);
+	return best;
+}
+
+static double peak_bytes(void)
+{
+	struct rusage usage;
+	getrusage(RUSAGE_SELF, &usage);
+	return 1024.0 * (double)usage.ru_maxrss;
+}
+
+/* Resident now: what the inputs take before the work starts. */
+static double resident_bytes(void)
+{
+	long pages = 0;
+	FILE *file = fopen("/proc/self/statm", "r");
+	if (!file || fscanf(file, "%*d %ld", &pages) != 1)
+		pages = 0;
+	if (file)
+		fclose(file);
+	return (double)pages * (double)sysconf(_SC_PAGESIZE);
+}
+
+static gnp_status timed_runs(const struct bench_case *test, const struct gnp_cloud *cloud, struct gnp_pool *pool,
+                             struct row *row, struct gnp_error *error)
+{
+	struct gnp_estimate_options options = gnp_estimate_defaults();
+	options.cover = test->cover;
+	options.k = test->k;
+	options.quantities = test->quantities ? test->quantities : options.quantities;
+	double seconds[RUNS_MAX], stage[GNP_STAGE_COUNT][RUNS_MAX];
+	for (int run = 0; run < test->runs; run++) {
+		struct gnp_task task;
+		struct gnp_estimate estimate;
+		gnp_task_init(&task);
+		double start = gnp_clock();
+		gnp_status status = gnp_estimate_run(cloud, &options, pool, &task, &estimate, error);
+		if (status != GNP_OK)
+			return status;
+		seconds[run] = gnp_clock() - start;
+		for (int s = 0; s < GNP_STAGE_COUNT; s++)
+			stage[s][run] = task.seconds[s];
+		gnp_estimate_clear(&estimate);
+	}
+	row->seconds = median(seconds, test->runs);
+	for (int s = 0; s < GNP_STAGE_COUNT; s++)
+		row->stage[s] = median(stage[s], test->runs);
+	return GNP_OK;
+}
+
+static gnp_status run_case(const struct bench_case *test, struct row *row, struct gnp_error *error)
+{
+	struct gnp_pool *pool = NULL;
+	struct gnp_shape *shape = NULL;
+	struct gnp_sample sample = {0};
+	const struct gnp_sample_options wanted = {.count = test->points, .seed = 1};
+	gnp_status status = gnp_pool_create(0, &pool, error);
+	if (status == GNP_OK)
+		status = gnp_shape_create(test->shape, 1, 0, &shape, error);
+	if (status == GNP_OK)
+		status = gnp_sample_create(shape, &wanted, pool, NULL, &sample, error);
+	if (status == GNP_OK) {
+		const struct gnp_cloud cloud = {sample.count, sample.points, test->with_normals ? sample.normals : NULL};
+		double before = resident_bytes(), sampled = peak_bytes();
+		status = timed_runs(test, &cloud, pool, row, error);
+		double after = peak_bytes();
+		row->bytes = after > sampled ? after - before : 0; /* 0: hidden below the sampler's own peak */
+		row->sgemm = sgemm_rate();
+	}
+	gnp_sample_clear(&sample);
+	gnp_shape_free(shape);
+	gnp_pool_free(pool);
+	return status;
+}
+
+static struct row run_in_child(const struct bench_case *test)
+{
+	struct row row = {.failed = 1};
+	int ends[2];
+	if (pipe(ends) != 0)
+		return row;
+	pid_t child = fork();
+	if (child == 0) {
+		struct gnp_error error = {0};
+		row.failed = run_case(test, &row, &error) != GNP_OK;
+		if (row.failed)
+			fprintf(stderr, "bench: %s: %s\n", test->name, error.text);
+		ssize_t written = write(ends[1], &row, sizeof row);
+		_exit(written == (ssize_t)sizeof row ? 0 : 1);
+	}
+	close(ends[1]);
+	if (child < 0 || read(ends[0], &row, sizeof row) != (ssize_t)sizeof row)
+		row.failed = 1;
+	close(ends[0]);
+	if (child > 0)
+		waitpid(child, NULL, 0);
+	return row;
+}
+
+static void write_row(FILE *out, const struct bench_case *test, const struct row *row, int last)
+{
+	fprintf(out, "  {\"case\": \"%s\", \"points\": %zu, \"k\": %d, \"seconds\": %.4f", test->name, test->points, test->k, row->seconds);
+	for (int s = GNP_STAGE_ORDER; s <= GNP_STAGE_ESTIMATE; s++)
+		fprintf(out, ", \"seconds_%s\": %.4f", gnp_stage_name((enum gnp_stage)s), row->stage[s]);
+	fprintf(out, ", \"peak_bytes\": %.0f, \"bytes_a_point\": %.0f, \"sgemm_flops\": %.4g}%s\n", row->bytes,
+	        row->bytes / (double)test->points, row->sgemm, last ? "" : ",");
+	printf("%-34s %8zu points %8.4f s  (order %.3f neighbors %.3f orient %.3f estimate %.3f)  %5.0f B/point  sgemm %.0f GFLOP/s\n",
+	       test->name, test->points, row->seconds, row->stage[GNP_STAGE_ORDER], row->stage[GNP_STAGE_NEIGHBORS],
+	       row->stage[GNP_STAGE_ORIENT], row->stage[GNP_STAGE_ESTIMATE], row->bytes / (double)test->points, 1e-9 * row->sgemm);
+	fflush(stdout);
+}
+
+int main(int argc, char **argv)
+{
+	if (argc < 2) {
+		fprintf(stderr, "usage: bench OUT.json [CASE]\n");
+		return 2;
+	}
+	gnp_linalg_init();
+	FILE *out = fopen(argv[1], "w");
+	if (!out) {
+		perror(argv[1]);
+		return 1;
+	}
+	int failed = 0;
+	size_t count = sizeof cases / sizeof *cases, chosen = 0, done = 0;
+	for (size_t i = 0; i < count; i++)
+		chosen += argc < 3 || strcmp(cases[i].name, argv[2]) == 0;
+	fprintf(out, "[\n");
+	for (size_t i = 0; i < count; i++) {
+		if (argc > 2 && strcmp(cases[i].name, argv[2]) != 0)
+			continue;
+		struct row row = run_in_child(&cases[i]);
+		failed |= row.failed;
+		write_row(out, &cases[i], &row, ++done == chosen);
+	}
+	fprintf(out, "]\n");
+	return fclose(out) != 0 || failed || !chosen;
+}
