@@ -1,0 +1,256 @@
+#include "file.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "file_codec.h"
+
+static const struct {
+	const char *name, *media_type, *extension;
+	bool readable, writable;
+} formats[] = {
+#define ROW(id, name, media, extension, in, out) [id] = {name, media, extension, in, out},
+	GNP_FORMAT_TABLE(ROW)
+#undef ROW
+};
+
+static const gnp_decode_fn decoders[GNP_FORMAT_COUNT] = {
+	[GNP_FORMAT_PLY] = gnp_ply_decode, [GNP_FORMAT_JSON] = gnp_json_file_decode,
+};
+
+static const gnp_encode_fn encoders[GNP_FORMAT_COUNT] = {
+	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_JSON] = gnp_json_file_encode,
+};
+
+/* Other names and media types in use. */
+static const struct {
+	const char *name;
+	enum gnp_format format;
+} name_synonyms[] = {
+	{"txt", GNP_FORMAT_XYZ}, {"csv", GNP_FORMAT_XYZ}, {"pts", GNP_FORMAT_XYZ}, {"asc", GNP_FORMAT_XYZ}, {"xyzn", GNP_FORMAT_XYZ},
+}, media_synonyms[] = {
+	{"model/ply", GNP_FORMAT_PLY},           {"application/x-ply", GNP_FORMAT_PLY}, {"application/npy", GNP_FORMAT_NPY},
+	{"application/npz", GNP_FORMAT_NPZ},     {"application/zip", GNP_FORMAT_NPZ},   {"text/csv", GNP_FORMAT_XYZ},
+	{"text/x-xyz", GNP_FORMAT_XYZ},          {"text/tab-separated-values", GNP_FORMAT_XYZ}, {"application/pcd", GNP_FORMAT_PCD},
+	{"application/vnd.pcd", GNP_FORMAT_PCD}, {"text/x-obj", GNP_FORMAT_OBJ},        {"application/vtk", GNP_FORMAT_VTK},
+	{"text/json", GNP_FORMAT_JSON},
+};
+
+#define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
+
+const char *gnp_format_name(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT ? formats[format].name : "unknown";
+}
+
+const char *gnp_format_media_type(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT ? formats[format].media_type : "application/octet-stream";
+}
+
+bool gnp_format_readable(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT && formats[format].readable;
+}
+
+bool gnp_format_writable(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT && formats[format].writable;
+}
+
+bool gnp_format_by_name(const char *name, enum gnp_format *format)
+{
+	for (int i = 0; i < GNP_FORMAT_COUNT; i++) {
+		if (strcasecmp(name, formats[i].name) == 0 || strcasecmp(name, formats[i].extension) == 0) {
+			*format = (enum gnp_format)i;
+			return true;
+		}
+	}
+	for (size_t i = 0; i < LENGTH(name_synonyms); i++) {
+		if (strcasecmp(name, name_synonyms[i].name) == 0) {
+			*format = name_synonyms[i].format;
+			return true;
+		}
+	}
+	return false;
+}
+
+static bool same_word(const char *word, size_t length, const char *known)
+{
+	return strlen(known) == length && strncasecmp(word, known, length) == 0;
+}
+
+static bool find_media_type(const char *type, size_t length, enum gnp_format *format)
+{
+	for (int i = 0; i < GNP_FORMAT_COUNT; i++) {
+		if (same_word(type, length, formats[i].media_type)) {
+			*format = (enum gnp_format)i;
+			return true;
+		}
+	}
+	for (size_t i = 0; i < LENGTH(media_synonyms); i++) {
+		if (same_word(type, length, media_synonyms[i].name)) {
+			*format = media_synonyms[i].format;
+			return true;
+		}
+	}
+	return false;
+}
+
+bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format)
+{
+	media_type += strspn(media_type, " \t");
+	return find_media_type(media_type, strcspn(media_type, "; \t"), format);
+}
+
+static const char *skip_blank(const char *p, const char *end)
+{
+	while (p < end && isspace((unsigned char)*p))
+		p++;
+	return p;
+}
+
+static bool begins(const char *p, const char *end, const char *word)
+{
+	size_t length = strlen(word);
+	return (size_t)(end - p) >= length && memcmp(p, word, length) == 0;
+}
+
+/* Past lines that begin with '#'. */
+static const char *skip_comments(const char *p, const char *end)
+{
+	for (p = skip_blank(p, end); p < end && *p == '#'; p = skip_blank(p, end)) {
+		const char *line = memchr(p, '\n', (size_t)(end - p));
+		p = line ? line : end;
+	}
+	return p;
+}
+
+bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format)
+{
+	const char *p = (const char *)data, *end = p + (size < 65536 ? size : 65536);
+	const char *first = skip_comments(p, end);
+	if (begins(p, end, "ply\n") || begins(p, end, "ply\r"))
+		*format = GNP_FORMAT_PLY;
+	else if (begins(p, end, "\x93NUMPY"))
+		*format = GNP_FORMAT_NPY;
+	else if (begins(p, end, "PK\x03\x04") || begins(p, end, "PK\x05\x06"))
+		*format = GNP_FORMAT_NPZ;
+	else if (begins(p, end, "# vtk DataFile"))
+		*format = GNP_FORMAT_VTK;
+	else if (begins(p, end, "# .PCD") || begins(first, end, "VERSION ") || begins(first, end, "FIELDS "))
+		*format = GNP_FORMAT_PCD;
+	else if (begins(first, end, "{"))
+		*format = GNP_FORMAT_JSON;
+	else if (begins(first, end, "v ") || begins(first, end, "vn ") || begins(first, end, "o ") ||
+	         begins(first, end, "g ") || begins(first, end, "mtllib "))
+		*format = GNP_FORMAT_OBJ;
+	else if (first < end && (isdigit((unsigned char)*first) || strchr("+-.", *first)) && *first)
+		*format = GNP_FORMAT_XYZ;
+	else
+		return false;
+	return true;
+}
+
+/* q of one Accept entry, 1 when it has none. */
+static double accept_quality(const char *entry, size_t length)
+{
+	for (const char *p = entry; p + 2 < entry + length; p++) {
+		if (*p != ';')
+			continue;
+		const char *q = p + 1 + strspn(p + 1, " \t");
+		if ((*q == 'q' || *q == 'Q') && q[1] == '=') {
+			double value = 0, unit = 1;
+			for (q += 2; isdigit((unsigned char)*q) || *q == '.'; q++) {
+				if (*q == '.')
+					continue;
+				value += unit * (*q - '0');
+				unit /= 10;
+			}
+			return value;
+		}
+	}
+	return 1;
+}
+
+bool gnp_format_by_accept(const char *accept, enum gnp_format *format)
+{
+	double best = 0;
+	enum gnp_format found = *format;
+	while (*accept) {
+		accept += strspn(accept, " \t,");
+		size_t entry = strcspn(accept, ","), type = strcspn(accept, ",; \t");
+		double quality = accept_quality(accept, entry);
+		enum gnp_format candidate = *format;
+		bool wildcard = same_word(accept, type, "*/*") || same_word(accept, type, "application/*") ||
+		                same_word(accept, type, "application/octet-stream");
+		bool known = wildcard || (find_media_type(accept, type, &candidate) && formats[candidate].writable);
+		if (known && quality > best) {
+			best = quality;
+			found = candidate;
+		}
+		accept += entry;
+	}
+	if (best <= 0)
+		return false;
+	*format = found;
+	return true;
+}
+
+static gnp_status take_all(struct gnp_tensors *from, struct gnp_tensors *to, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	size_t before = to->count;
+	for (size_t i = 0; i < from->count && status == GNP_OK; i++) {
+		struct gnp_tensor *t = &from->items[i];
+		status = gnp_tensors_add_data(to, t->name, t->datatype, t->rank, t->shape, t->data, t->owned, NULL, error);
+	}
+	if (status != GNP_OK) {
+		to->count = before; /* still owned by `from` */
+		return status;
+	}
+	for (size_t i = 0; i < from->count; i++)
+		from->items[i].owned = false;
+	return GNP_OK;
+}
+
+static gnp_status decode(enum gnp_format format, const struct gnp_decode *request, struct gnp_tensors *tensors,
+                         struct gnp_error *error)
+{
+	if (!gnp_format_readable(format) || !decoders[format])
+		return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA, "format %s cannot be read", gnp_format_name(format));
+	struct gnp_tensors made = {0};
+	gnp_status status = decoders[format](request, &made, error);
+	if (status == GNP_OK)
+		status = take_all(&made, tensors, error);
+	gnp_tensors_clear(&made);
+	return status;
+}
+
+gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, size_t max_points,
+                           struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	struct gnp_decode request = {body, size, false, max_points};
+	return decode(format, &request, tensors, error);
+}
+
+gnp_status gnp_file_decode_all(enum gnp_format format, const unsigned char *body, size_t size,
+                               struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	struct gnp_decode request = {body, size, true, 0};
+	return decode(format, &request, tensors, error);
+}
+
+gnp_status gnp_file_encode(enum gnp_format format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                           struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	if (!gnp_format_writable(format) || !encoders[format])
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format %s cannot be written", gnp_format_name(format));
+	size_t before = buffer->size;
+	gnp_status status = encoders[format](tensors, comments, buffer, error);
+	if (status != GNP_OK)
+		buffer->size = before;
+	return status;
+}

@@ -1,0 +1,86 @@
+/* The codecs behind file.h, one file each, and what they share. */
+#ifndef GNP_PROTO_FILE_CODEC_H
+#define GNP_PROTO_FILE_CODEC_H
+
+#include "file.h"
+
+/* What a decoder is asked for. `all` false: points and normals, FP32 or FP64; true: everything the file names. */
+struct gnp_decode {
+	const unsigned char *body;
+	size_t size;
+	bool all;
+	size_t max_points; /* 0: no limit */
+};
+
+/* Decoders append to *tensors, which may hold part of the file after a failure. */
+typedef gnp_status (*gnp_decode_fn)(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_ply_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_obj_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+
+/* Encoders append to *buffer, which may hold part of the file after a failure. comments may be NULL. */
+typedef gnp_status (*gnp_encode_fn)(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                                    struct gnp_buffer *buffer, struct gnp_error *error);
+gnp_status gnp_ply_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
+gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
+gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
+gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
+gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
+gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                                struct gnp_buffer *buffer, struct gnp_error *error);
+
+/* GNP_TOO_LARGE when count is over decode's limit. */
+gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count, struct gnp_error *error);
+
+/* One number of every row goes to target + row * stride as datatype. */
+struct gnp_column {
+	unsigned char *target; /* NULL: the number is skipped */
+	size_t stride;
+	enum gnp_datatype datatype;
+};
+
+/* A named number of every row, as formats made of rows declare them. */
+struct gnp_field {
+	const char *name; /* not NUL-terminated */
+	size_t length;
+	enum gnp_datatype datatype;
+};
+
+/* Makes the tensors of `rows` rows of `count` fields and says where each field goes: x y z become points, nx ny nz (or
+ * normal_x..., normalx...) normals, and with `all` every other field a tensor of its own datatype, less a leading
+ * "scalar_". columns (count). The caller has checked that rows are backed by the body. */
+gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, const struct gnp_field *fields,
+                           size_t count, size_t rows, struct gnp_tensors *tensors, struct gnp_column *columns,
+                           struct gnp_error *error);
+
+/* A number of every row of a tensor, under the name a file gives it. */
+struct gnp_row_item {
+	char name[GNP_TENSOR_NAME_MAX + 32];
+	const struct gnp_tensor *tensor;
+	size_t item; /* within the tensor's row */
+};
+
+/* The columns of a file of rows: x y z, nx ny nz, `quality` (the scalar of that name, or the first one once more), and
+ * the rest as prefix + name (+ "_" and the index of a wider value). *items is freed by the caller. A tensor whose rows
+ * are not the points': GNP_NOT_ACCEPTABLE. */
+gnp_status gnp_row_items(const struct gnp_tensors *tensors, const char *format, const char *prefix, bool quality,
+                         struct gnp_row_item **items, size_t *count, struct gnp_error *error);
+
+/* points (n, 3) of tensors to be encoded; GNP_NOT_ACCEPTABLE when there are none. */
+gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *format, const struct gnp_tensor **points,
+                             struct gnp_error *error);
+
+/* Appends "<prefix>name value\n" for every comment; line ends within become spaces. */
+gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,
+                              struct gnp_error *error);
+
+#endif

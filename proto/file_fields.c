@@ -1,0 +1,206 @@
+/* What the formats made of rows share: which field goes where, and which columns a file gets. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "file_codec.h"
+#include "memory.h"
+#include "number.h"
+#include "scalar.h"
+
+gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count, struct gnp_error *error)
+{
+	if (decode->max_points && count > decode->max_points)
+		return gnp_error_set(error, GNP_TOO_LARGE, "points: got %zu, need at most %zu", count, decode->max_points);
+	return GNP_OK;
+}
+
+enum { AXES = 6, NONE = -1 };
+
+/* 0..2: x y z; 3..5: the normal; NONE otherwise. */
+static int axis_of(const struct gnp_field *field)
+{
+	static const char *const prefixes[] = {"", "n", "normal_", "normal"};
+	for (int p = 0; p < 4; p++) {
+		size_t length = strlen(prefixes[p]);
+		if (field->length == length + 1 && memcmp(field->name, prefixes[p], length) == 0) {
+			char letter = field->name[length];
+			if (letter >= 'x' && letter <= 'z')
+				return (p ? 3 : 0) + letter - 'x';
+		}
+	}
+	return NONE;
+}
+
+/* A tensor (rows, 3) of the widest floating type that its three fields need. */
+static gnp_status bind_vector(const char *name, const struct gnp_field *fields, const int *axes, size_t rows,
+                              struct gnp_tensors *tensors, struct gnp_column *columns, struct gnp_error *error)
+{
+	enum gnp_datatype datatype = GNP_FP32;
+	for (int a = 0; a < 3; a++) {
+		if (gnp_scalar_floating(fields[axes[a]].datatype) == GNP_FP64)
+			datatype = GNP_FP64;
+	}
+	size_t shape[] = {rows, 3}, size = gnp_datatype_size(datatype);
+	struct gnp_tensor *tensor;
+	gnp_status status = gnp_tensors_add(tensors, name, datatype, 2, shape, &tensor, error);
+	for (size_t a = 0; a < 3 && status == GNP_OK; a++)
+		columns[axes[a]] = (struct gnp_column){(unsigned char *)tensor->data + a * size, 3 * size, datatype};
+	return status;
+}
+
+static gnp_status bind_scalar(const struct gnp_field *field, size_t rows, struct gnp_tensors *tensors,
+                              struct gnp_column *column, struct gnp_error *error)
+{
+	char name[GNP_TENSOR_NAME_MAX];
+	size_t skip = field->length > 7 && memcmp(field->name, "scalar_", 7) == 0 ? 7 : 0;
+	snprintf(name, sizeof name, "%.*s", (int)(field->length - skip), field->name + skip);
+	if (gnp_tensors_find(tensors, name))
+		return GNP_OK;
+	struct gnp_tensor *tensor;
+	gnp_status status = gnp_tensors_add(tensors, name, field->datatype, 1, &rows, &tensor, error);
+	if (status == GNP_OK)
+		*column = (struct gnp_column){tensor->data, gnp_datatype_size(field->datatype), field->datatype};
+	return status;
+}
+
+gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, const struct gnp_field *fields,
+                           size_t count, size_t rows, struct gnp_tensors *tensors, struct gnp_column *columns,
+                           struct gnp_error *error)
+{
+	int axes[AXES] = {NONE, NONE, NONE, NONE, NONE, NONE};
+	for (size_t i = 0; i < count; i++) {
+		int axis = axis_of(&fields[i]);
+		columns[i] = (struct gnp_column){0};
+		if (axis != NONE && axes[axis] == NONE)
+			axes[axis] = (int)i;
+	}
+	if (axes[0] == NONE || axes[1] == NONE || axes[2] == NONE)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: the points have no x, y and z", format);
+	gnp_status status = bind_vector("points", fields, axes, rows, tensors, columns, error);
+	if (status == GNP_OK && axes[3] != NONE && axes[4] != NONE && axes[5] != NONE)
+		status = bind_vector("normals", fields, axes + 3, rows, tensors, columns, error);
+	for (size_t i = 0; i < count && status == GNP_OK && decode->all; i++) {
+		if (!columns[i].target && fields[i].length)
+			status = bind_scalar(&fields[i], rows, tensors, &columns[i], error);
+	}
+	return status;
+}
+
+gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *format, const struct gnp_tensor **points,
+                             struct gnp_error *error)
+{
+	const struct gnp_tensor *found = gnp_tensors_find(tensors, "points");
+	if (!found || found->rank != 2 || found->shape[1] != 3)
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: needs points (n,3)", format);
+	*points = found;
+	return GNP_OK;
+}
+
+static bool is_vector(const struct gnp_tensor *tensor, const char *name)
+{
+	return strcmp(tensor->name, name) == 0 && tensor->rank == 2 && tensor->shape[1] == 3;
+}
+
+static size_t row_width(const struct gnp_tensor *tensor)
+{
+	size_t width = 1;
+	for (unsigned d = 1; d < tensor->rank; d++)
+		width *= tensor->shape[d];
+	return width;
+}
+
+static void add_item(struct gnp_row_item *items, size_t *count, const struct gnp_tensor *tensor, size_t index,
+                     const char *prefix, const char *name, bool numbered)
+{
+	struct gnp_row_item *item = &items[(*count)++];
+	*item = (struct gnp_row_item){.tensor = tensor, .item = index};
+	if (numbered)
+		snprintf(item->name, sizeof item->name, "%s%s_%zu", prefix, name, index);
+	else
+		snprintf(item->name, sizeof item->name, "%s%s", prefix, name);
+}
+
+/* Upper bound of the columns, after checking that every tensor has one row a point. */
+static gnp_status count_items(const struct gnp_tensors *tensors, const char *format, size_t rows, size_t *most,
+                              struct gnp_error *error)
+{
+	enum { COLUMNS_MAX = 4096 };
+	*most = 1;
+	for (size_t i = 0; i < tensors->count; i++) {
+		const struct gnp_tensor *t = &tensors->items[i];
+		if (t->rank == 0 || t->shape[0] != rows)
+			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: \"%s\" has %zu rows, need %zu as points has: ask for npz",
+			                     format, t->name, t->rank ? t->shape[0] : 0, rows);
+		*most += rows ? row_width(t) : 0;
+		if (*most > COLUMNS_MAX)
+			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", format, COLUMNS_MAX);
+	}
+	return GNP_OK;
+}
+
+gnp_status gnp_row_items(const struct gnp_tensors *tensors, const char *format, const char *prefix, bool quality,
+                         struct gnp_row_item **items, size_t *count, struct gnp_error *error)
+{
+	static const char *const axes[] = {"x", "y", "z", "nx", "ny", "nz"};
+	const struct gnp_tensor *points = NULL;
+	size_t most, made = 0;
+	gnp_status status = gnp_encode_points(tensors, format, &points, error);
+	if (status == GNP_OK)
+		status = count_items(tensors, format, points->shape[0], &most, error);
+	if (status != GNP_OK)
+		return status;
+	struct gnp_row_item *list = gnp_array_new(most + 6, sizeof *list);
+	if (!list)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu columns", format, most);
+	for (size_t a = 0; a < 3; a++)
+		add_item(list, &made, points, a, "", axes[a], false);
+	const struct gnp_tensor *normals = gnp_tensors_find(tensors, "normals"), *scalar = NULL;
+	if (normals && !is_vector(normals, "normals"))
+		normals = NULL;
+	for (size_t a = 0; a < 3 && normals; a++)
+		add_item(list, &made, normals, a, "", axes[3 + a], false);
+	for (size_t i = 0; i < tensors->count && !scalar; i++)
+		scalar = tensors->items[i].rank == 1 ? &tensors->items[i] : NULL;
+	const struct gnp_tensor *named = gnp_tensors_find(tensors, "quality");
+	if (named && named->rank == 1)
+		scalar = named;
+	if (quality && scalar)
+		add_item(list, &made, scalar, 0, "", "quality", false);
+	for (size_t i = 0; i < tensors->count; i++) {
+		const struct gnp_tensor *t = &tensors->items[i];
+		size_t width = t == points || t == normals || (quality && t == scalar && t == named) ? 0 : row_width(t);
+		for (size_t w = 0; w < width && points->shape[0]; w++)
+			add_item(list, &made, t, w, prefix, t->name, t->rank > 1);
+	}
+	*items = list;
+	*count = made;
+	return GNP_OK;
+}
+
+static void comment_text(const struct gnp_value *value, char *text, size_t size)
+{
+	switch (value->type) {
+	case GNP_VALUE_BOOL: snprintf(text, size, "%s", value->boolean ? "true" : "false"); break;
+	case GNP_VALUE_INTEGER: snprintf(text, size, "%" PRId64, value->integer); break;
+	case GNP_VALUE_NUMBER: text[gnp_number_write_double(text, value->number)] = '\0'; break;
+	default: snprintf(text, size, "%s", value->string); break;
+	}
+	for (; *text; text++) {
+		if ((unsigned char)*text < 0x20)
+			*text = ' ';
+	}
+}
+
+gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; comments && i < comments->count && status == GNP_OK; i++) {
+		char text[512];
+		comment_text(&comments->items[i], text, sizeof text);
+		status = gnp_buffer_printf(buffer, error, "%s%s %s\n", prefix, comments->items[i].name, text);
+	}
+	return status;
+}

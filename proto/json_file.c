@@ -1,0 +1,71 @@
+/* JSON as a file: {"points": [[x, y, z], ...], "normals": [...]} in, {"name": nested arrays, ...} out. */
+#include <string.h>
+
+#include "file_codec.h"
+#include "json_numbers.h"
+#include "json_text.h"
+
+static gnp_status add_array(const struct gnp_decode *decode, const char *name, const struct gnp_json_span *span,
+                            struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	size_t shape[GNP_TENSOR_RANK_MAX] = {0};
+	unsigned rank;
+	bool vector = strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
+	gnp_status status = gnp_json_numbers_shape(span->text, span->size, name, &rank, shape, error);
+	if (status != GNP_OK)
+		return status;
+	if (vector && !decode->all && rank == 1 && shape[0] % 3 == 0) {
+		rank = 2;
+		shape[0] /= 3;
+		shape[1] = 3;
+	}
+	if (vector && !decode->all && (rank != 2 || shape[1] != 3))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: \"%s\": need an array of [x, y, z]", name);
+	status = gnp_decode_check_points(decode, shape[0], error);
+	if (status != GNP_OK)
+		return status;
+	return gnp_json_numbers_read(span->text, span->size, name, GNP_FP64, rank, shape, tensors, error);
+}
+
+gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	struct gnp_json_document document = {0};
+	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, &document, error);
+	if (status != GNP_OK)
+		return status;
+	const char *key;
+	json_t *value;
+	json_object_foreach(document.root, key, value) {
+		const struct gnp_json_span *span = gnp_json_member_span(&document, value);
+		bool wanted = decode->all || strcmp(key, "points") == 0 || strcmp(key, "normals") == 0;
+		if (span && wanted)
+			status = add_array(decode, key, span, tensors, error);
+		if (status != GNP_OK)
+			break;
+	}
+	if (status == GNP_OK && !decode->all && !gnp_tensors_find(tensors, "points"))
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: need \"points\": an array of [x, y, z]");
+	gnp_json_clear(&document);
+	return status;
+}
+
+gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                                struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	gnp_status status = gnp_buffer_append(buffer, "{", 1, error);
+	if (status == GNP_OK && comments && comments->count) {
+		status = gnp_buffer_append(buffer, "\"parameters\":", 13, error);
+		if (status == GNP_OK)
+			status = gnp_json_write_values(comments, buffer, error);
+	}
+	for (size_t i = 0; i < tensors->count && status == GNP_OK; i++) {
+		status = i || (comments && comments->count) ? gnp_buffer_append(buffer, ",\n", 2, error) : GNP_OK;
+		if (status == GNP_OK)
+			status = gnp_json_write_string(tensors->items[i].name, buffer, error);
+		if (status == GNP_OK)
+			status = gnp_buffer_append(buffer, ":", 1, error);
+		if (status == GNP_OK)
+			status = gnp_json_numbers_write(&tensors->items[i], true, buffer, error);
+	}
+	return status == GNP_OK ? gnp_buffer_append(buffer, "}\n", 2, error) : status;
+}

@@ -1,0 +1,261 @@
+/* Help texts and the OpenAPI document, both written from the operation table. */
+
+#include "file.h"
+#include "operation.h"
+
+/* Writes through one object, so that a long run of lines needs one check at its end. */
+struct writer {
+	struct gnp_buffer *buffer;
+	struct gnp_error *error;
+	gnp_status status;
+};
+
+#define PUT(w, ...)                                                               \
+	do {                                                                          \
+		if ((w)->status == GNP_OK)                                                \
+			(w)->status = gnp_buffer_printf((w)->buffer, (w)->error, __VA_ARGS__); \
+	} while (0)
+
+static void put_choices(struct writer *w, const struct gnp_parameter *p, const char *separator)
+{
+	for (size_t i = 0; p->choices[i]; i++)
+		PUT(w, "%s%s", i ? separator : "", p->choices[i]);
+}
+
+/* The value as a flag line shows it: 12..500, cover|all, NAMES. */
+static void put_value(struct writer *w, const struct gnp_parameter *p)
+{
+	switch (p->type) {
+	case GNP_PARAMETER_INTEGER:
+	case GNP_PARAMETER_NUMBER: PUT(w, "%g..%g", p->minimum, p->maximum); break;
+	case GNP_PARAMETER_BOOL: PUT(w, "true|false"); break;
+	case GNP_PARAMETER_CHOICE: put_choices(w, p, "|"); break;
+	case GNP_PARAMETER_SET: PUT(w, "NAME,..."); break;
+	}
+}
+
+gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	struct writer w = {buffer, error, GNP_OK};
+	for (size_t i = 0; i < operation->parameter_count; i++) {
+		const struct gnp_parameter *p = &operation->parameters[i];
+		PUT(&w, "  --%s ", p->name);
+		put_value(&w, p);
+		PUT(&w, "\n        %s (default %s)\n", p->help, p->default_text);
+		for (size_t o = 0; p->type == GNP_PARAMETER_SET && o < operation->output_count; o++)
+			PUT(&w, "          %-28s %s\n", operation->outputs[o].name, operation->outputs[o].help);
+	}
+	return w.status;
+}
+
+/* A YAML scalar in single quotes. */
+static void put_quoted(struct writer *w, const char *text)
+{
+	PUT(w, "'");
+	for (; *text; text++)
+		PUT(w, "%s%c", *text == '\'' ? "'" : "", *text);
+	PUT(w, "'");
+}
+
+static void put_schema(struct writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
+{
+	static const char *const types[] = {"integer", "number", "boolean", "string", "string"};
+	PUT(w, "{type: %s", types[p->type]);
+	if (p->type == GNP_PARAMETER_INTEGER || p->type == GNP_PARAMETER_NUMBER)
+		PUT(w, ", minimum: %.17g, maximum: %.17g", p->minimum, p->maximum);
+	if (p->type == GNP_PARAMETER_CHOICE) {
+		PUT(w, ", enum: [");
+		put_choices(w, p, ", ");
+		PUT(w, "]");
+	}
+	if (p->type == GNP_PARAMETER_SET) {
+		PUT(w, ", pattern: '^(all|(");
+		for (size_t i = 0; i < operation->output_count; i++)
+			PUT(w, "%s%s", i ? "|" : "", operation->outputs[i].name);
+		PUT(w, ")(,[a-z_]+)*)$'");
+	}
+	PUT(w, ", default: ");
+	if (p->type == GNP_PARAMETER_CHOICE || p->type == GNP_PARAMETER_SET)
+		put_quoted(w, p->default_text);
+	else
+		PUT(w, "%s", p->default_text);
+	PUT(w, "}");
+}
+
+static void put_query(struct writer *w, const struct gnp_operation *operation)
+{
+	for (size_t i = 0; i < operation->parameter_count; i++) {
+		const struct gnp_parameter *p = &operation->parameters[i];
+		PUT(w, "        - name: %s\n          in: query\n          description: ", p->name);
+		put_quoted(w, p->help);
+		PUT(w, "\n          schema: ");
+		put_schema(w, operation, p);
+		PUT(w, "\n");
+	}
+}
+
+static void put_media_types(struct writer *w, bool in, const char *indent)
+{
+	for (int f = 0; f < GNP_FORMAT_COUNT; f++) {
+		if (in ? gnp_format_readable(f) : gnp_format_writable(f))
+			PUT(w, "%s%s: {schema: {type: string, format: binary}}\n", indent, gnp_format_media_type(f));
+	}
+}
+
+static void put_tensors(struct writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count)
+{
+	PUT(w, "        %s:\n\n", title);
+	for (size_t i = 0; i < count; i++) {
+		PUT(w, "        - `%s` (n", infos[i].name);
+		for (unsigned d = 1; d < infos[i].rank; d++) {
+			if (infos[i].shape[d] < 0)
+				PUT(w, ", m");
+			else
+				PUT(w, ", %d", (int)infos[i].shape[d]);
+		}
+		PUT(w, ")%s: %s\n", infos[i].optional ? ", optional" : "", infos[i].help);
+	}
+}
+
+static void put_description(struct writer *w, const struct gnp_operation *operation)
+{
+	PUT(w, "      description: |\n        %s\n\n", operation->help);
+	put_tensors(w, "Inputs", operation->inputs, operation->input_count);
+	PUT(w, "\n");
+	put_tensors(w, "Outputs", operation->outputs, operation->output_count);
+}
+
+static void put_file_operation(struct writer *w, const struct gnp_operation *operation)
+{
+	PUT(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: ", operation->name, operation->name);
+	put_quoted(w, operation->help);
+	PUT(w, "\n");
+	put_description(w, operation);
+	PUT(w, "      parameters:\n");
+	put_query(w, operation);
+	PUT(w, "        - name: format\n          in: query\n          description: 'format of the answer, before Accept'\n"
+	       "          schema: {type: string, enum: [");
+	for (int f = 0, first = 1; f < GNP_FORMAT_COUNT; f++) {
+		if (gnp_format_writable(f)) {
+			PUT(w, "%s%s", first ? "" : ", ", gnp_format_name(f));
+			first = 0;
+		}
+	}
+	PUT(w, "]}\n      requestBody:\n        required: true\n        content:\n");
+	put_media_types(w, true, "          ");
+	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with its quantities'\n          content:\n");
+	put_media_types(w, false, "            ");
+	PUT(w, "        default: {$ref: '#/components/responses/Error'}\n");
+}
+
+static void put_infer_operation(struct writer *w, const struct gnp_operation *operation)
+{
+	PUT(w, "  /v2/models/%s/infer:\n    post:\n      operationId: infer_%s\n      summary: ", operation->name, operation->name);
+	put_quoted(w, operation->help);
+	PUT(w, "\n");
+	put_description(w, operation);
+	PUT(w, "      parameters:\n"
+	       "        - name: Inference-Header-Content-Length\n          in: header\n"
+	       "          description: 'bytes of the JSON part when binary tensors follow it; 0: the body is raw FP32 points (n, 3)'\n"
+	       "          schema: {type: integer, minimum: 0}\n"
+	       "      requestBody:\n        required: true\n        content:\n"
+	       "          application/json: {schema: {$ref: '#/components/schemas/%s_request'}}\n"
+	       "          application/octet-stream: {schema: {type: string, format: binary}}\n"
+	       "      responses:\n        '200':\n          description: 'the outputs, as JSON or as JSON followed by binary tensors'\n"
+	       "          content:\n"
+	       "            application/json: {schema: {$ref: '#/components/schemas/response'}}\n"
+	       "            application/octet-stream: {schema: {type: string, format: binary}}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n", operation->name);
+}
+
+static void put_request_schema(struct writer *w, const struct gnp_operation *operation)
+{
+	PUT(w, "    %s_request:\n      type: object\n      required: [inputs]\n      properties:\n"
+	       "        id: {type: string}\n"
+	       "        inputs: {type: array, items: {$ref: '#/components/schemas/tensor'}}\n"
+	       "        outputs:\n          type: array\n          items:\n            type: object\n            required: [name]\n"
+	       "            properties:\n              name: {type: string, enum: [", operation->name);
+	for (size_t i = 0; i < operation->output_count; i++)
+		PUT(w, "%s%s", i ? ", " : "", operation->outputs[i].name);
+	PUT(w, "]}\n              parameters: {type: object, properties: {binary_data: {type: boolean}}}\n"
+	       "        parameters:\n          type: object\n          properties:\n"
+	       "            binary_data_output: {type: boolean, default: false}\n");
+	for (size_t i = 0; i < operation->parameter_count; i++) {
+		PUT(w, "            %s: ", operation->parameters[i].name);
+		put_schema(w, operation, &operation->parameters[i]);
+		PUT(w, "\n");
+	}
+}
+
+/* The paths that no operation owns. */
+static void put_fixed_paths(struct writer *w)
+{
+	static const struct {
+		const char *path, *method, *summary, *media_type;
+	} paths[] = {
+		{"/v2", "get", "name, version and extensions of the server", "application/json"},
+		{"/v2/health/live", "get", "whether the process answers", "application/json"},
+		{"/v2/health/ready", "get", "whether work is accepted", "application/json"},
+		{"/v2/repository/index", "post", "the operations", "application/json"},
+		{"/metrics", "get", "Prometheus metrics", "text/plain"},
+		{"/openapi.yaml", "get", "this document", "application/yaml"},
+	};
+	for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
+		PUT(w, "  %s:\n    %s:\n      summary: '%s'\n      responses:\n        '200': {description: 'done', content: {%s: {}}}\n"
+		       "        default: {$ref: '#/components/responses/Error'}\n",
+		    paths[i].path, paths[i].method, paths[i].summary, paths[i].media_type);
+}
+
+static void put_model_paths(struct writer *w, const struct gnp_operation *operation)
+{
+	static const struct {
+		const char *path, *summary;
+	} paths[] = {{"", "inputs, outputs and parameters"}, {"/ready", "whether the operation is ready"}};
+	for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
+		PUT(w, "  /v2/models/%s%s:\n    get:\n      summary: '%s'\n      responses:\n"
+		       "        '200': {description: 'done', content: {application/json: {}}}\n"
+		       "        default: {$ref: '#/components/responses/Error'}\n",
+		    operation->name, paths[i].path, paths[i].summary);
+}
+
+static void put_shared_schemas(struct writer *w)
+{
+	PUT(w, "    tensor:\n      type: object\n      required: [name, shape, datatype]\n      properties:\n"
+	       "        name: {type: string, maxLength: %d}\n"
+	       "        shape: {type: array, maxItems: %d, items: {type: integer, minimum: 0}}\n"
+	       "        datatype: {type: string, enum: [", GNP_TENSOR_NAME_MAX - 1, GNP_TENSOR_RANK_MAX);
+	for (int d = 0; d < GNP_BYTES; d++)
+		PUT(w, "%s%s", d ? ", " : "", gnp_datatype_name(d));
+	PUT(w, "]}\n        parameters: {type: object, properties: {binary_data_size: {type: integer, minimum: 0}}}\n"
+	       "        data: {type: array, description: 'row-major, flat or nested', items: {}}\n"
+	       "    response:\n      type: object\n      required: [model_name, model_version, outputs]\n      properties:\n"
+	       "        model_name: {type: string}\n        model_version: {type: string}\n        id: {type: string}\n"
+	       "        parameters: {type: object}\n"
+	       "        outputs: {type: array, items: {$ref: '#/components/schemas/tensor'}}\n"
+	       "    error:\n      type: object\n      required: [error, code]\n      properties:\n"
+	       "        error: {type: string}\n        code: {type: string, enum: [");
+	for (int s = GNP_OK + 1; s < GNP_STATUS_COUNT; s++)
+		PUT(w, "%s%s", s > GNP_OK + 1 ? ", " : "", gnp_status_name(s));
+	PUT(w, "]}\n        request_id: {type: string}\n");
+}
+
+gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	struct writer w = {buffer, error, GNP_OK};
+	const struct gnp_operation *operation;
+	PUT(&w, "# Written from the operation table by `make openapi`.\nopenapi: 3.0.3\ninfo:\n  title: gnpd\n"
+	        "  description: 'Geometry of point clouds: files in, files out (/v1) and the Open Inference Protocol (/v2).'\n"
+	        "  version: '1'\npaths:\n");
+	for (size_t i = 0; (operation = gnp_operation_at(i)); i++) {
+		put_file_operation(&w, operation);
+		put_infer_operation(&w, operation);
+		put_model_paths(&w, operation);
+	}
+	put_fixed_paths(&w);
+	PUT(&w, "components:\n  responses:\n    Error:\n      description: 'what went wrong'\n      content:\n"
+	        "        application/json: {schema: {$ref: '#/components/schemas/error'}}\n  schemas:\n");
+	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
+		put_request_schema(&w, operation);
+	put_shared_schemas(&w);
+	return w.status;
+}

@@ -1,0 +1,9 @@
+/* The descriptors operation.c gathers into the table, each in a file of its own. */
+#ifndef GNP_PROTO_OPERATION_TABLE_H
+#define GNP_PROTO_OPERATION_TABLE_H
+
+#include "operation.h"
+
+extern const struct gnp_operation gnp_operation_estimate;
+
+#endif
