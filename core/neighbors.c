@@ -204,6 +204,17 @@ static void gather_candidates(struct group *group, const uint32_t *centres, size
 	}
 }
 
+/* Squares that differ in their last bits have equal roots: moves the last entry of a row sorted by square to its place
+ * among its equals. */
+static void settle_tie(const double *distance, uint32_t *index, size_t last)
+{
+	for (size_t e = last; e > 0 && distance[e - 1] == distance[e] && index[e - 1] > index[e]; e--) {
+		uint32_t swap = index[e];
+		index[e] = index[e - 1];
+		index[e - 1] = swap;
+	}
+}
+
 /* The row of point i from the group's candidates; false when they may not hold all of its ball. */
 static bool row_from_candidates(struct group *group, size_t i, size_t *length, double *r_k)
 {
@@ -238,7 +249,7 @@ static bool row_from_candidates(struct group *group, size_t i, size_t *length, d
 			continue;
 		size_t count = 0;
 		while (count < near && (group->distance[count] = sqrt(group->distance[count])) <= radius)
-			count++;
+			settle_tie(group->distance, group->index, count++);
 		*length = count;
 		return true;
 	}
@@ -315,7 +326,9 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const u
 	if (k < 1 || k > neighbors->count || most < k)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %zu, need 1..%zu", k,
 		                     most < neighbors->count ? most : neighbors->count);
-	size_t capacity = rows * (size_t)(1.3 * ratio * ratio * (double)k + 8);
+	if (most > neighbors->count)
+		most = neighbors->count;
+	size_t capacity = rows * (size_t)fmin(1.3 * ratio * ratio * (double)k + 8, (double)most);
 	struct group group = {.neighbors = neighbors, .k = k, .most = most, .ratio = ratio};
 	*out = (struct gnp_neighborhoods){.count = rows};
 	out->start = gnp_scratch_take(scratch, rows + 1, sizeof *out->start);

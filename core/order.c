@@ -85,11 +85,13 @@ gnp_status gnp_order_compute(const double *points, size_t count, uint32_t *order
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "order: no memory for %zu points", count);
 	double low[3], edge;
 	bounds(points, count, low, &edge);
-	double scale = edge > 0 ? ((1 << BITS) - 1) / edge : 0;
+	/* Divided first: the reciprocal of a subnormal edge is infinite. */
+	const double cells = (1 << BITS) - 1;
+	edge = edge > 0 ? edge : 1;
 	for (size_t i = 0; i < count; i++) {
 		const double *p = points + 3 * i;
-		items[i].key = hilbert_key((uint32_t)((p[0] - low[0]) * scale), (uint32_t)((p[1] - low[1]) * scale),
-		                           (uint32_t)((p[2] - low[2]) * scale));
+		items[i].key = hilbert_key((uint32_t)((p[0] - low[0]) / edge * cells), (uint32_t)((p[1] - low[1]) / edge * cells),
+		                           (uint32_t)((p[2] - low[2]) / edge * cells));
 		items[i].index = (uint32_t)i;
 	}
 	const struct keyed *sorted = radix_sort(items, items + count, count);
