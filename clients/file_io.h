@@ -1,0 +1,33 @@
+/* Whole files in and out. "-" is standard input or output. */
+#ifndef GNP_CLIENTS_FILE_IO_H
+#define GNP_CLIENTS_FILE_IO_H
+
+#include <stddef.h>
+
+#include "file.h"
+#include "message.h"
+#include "status.h"
+#include "tensor.h"
+
+/* Reads all of a file. GNP_IO naming the file; *out is unchanged on failure, else cleared by the caller. */
+gnp_status gnp_file_read(const char *path, struct gnp_buffer *out, struct gnp_error *error);
+
+/* Writes a file as a whole or not at all: a temporary file beside it is renamed over it once it is complete.
+ * What is there and is no regular file (a device, a pipe) is written to directly. */
+gnp_status gnp_file_write(const char *path, const void *data, size_t size, struct gnp_error *error);
+
+/* The format by its name when given (not NULL), else by the path's extension. GNP_INVALID_ARGUMENT naming the known ones
+ * when neither tells, or when it cannot be read / written. */
+gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
+                              enum gnp_format *format, struct gnp_error *error);
+gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error);
+
+/* Reads and decodes every field of a file. Tensors may borrow from *content; both are cleared by the caller in any case. */
+gnp_status gnp_file_load(const char *path, const char *format_name, struct gnp_buffer *content,
+                         struct gnp_tensors *tensors, struct gnp_error *error);
+
+/* Encodes and writes. */
+gnp_status gnp_file_save(const char *path, enum gnp_format format, const struct gnp_tensors *tensors,
+                         const struct gnp_values *comments, struct gnp_error *error);
+
+#endif

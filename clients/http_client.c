@@ -1,0 +1,197 @@
+#include "http_client.h"
+
+#include <curl/curl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct exchange {
+	struct gnp_progress *progress;
+	struct gnp_buffer body;
+	gnp_status status;
+};
+
+static size_t take_body(char *data, size_t size, size_t count, void *context)
+{
+	struct exchange *exchange = context;
+	exchange->status = gnp_buffer_append(&exchange->body, data, size * count, NULL);
+	return exchange->status == GNP_OK ? size * count : 0;
+}
+
+/* Shows the larger of the two transfers under way. */
+static int show_transfer(void *context, curl_off_t down_total, curl_off_t down, curl_off_t up_total, curl_off_t up)
+{
+	struct exchange *exchange = context;
+	struct gnp_task *task = exchange->progress->task;
+	bool sending = up < up_total;
+	const char *phase = sending ? "send" : down > 0 ? "receive" : "server";
+	atomic_store(&exchange->progress->phase, phase);
+	atomic_store(&task->total, (size_t)(sending ? up_total : down_total));
+	atomic_store(&task->done, (size_t)(sending ? up : down));
+	return 0;
+}
+
+static gnp_status escape_byte(unsigned char byte, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	bool plain = (byte >= '0' && byte <= '9') || (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
+	             (byte && strchr("-._~,", byte));
+	return gnp_buffer_printf(buffer, error, plain ? "%c" : "%%%02X", byte);
+}
+
+gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (; *text && status == GNP_OK; text++)
+		status = escape_byte((unsigned char)*text, buffer, error);
+	return status;
+}
+
+/* The string value of a top-level key of a flat JSON object, with escapes other than \uXXXX undone; empty when there is none. */
+static void json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size)
+{
+	char quoted[32];
+	value[0] = 0;
+	int length = snprintf(quoted, sizeof quoted, "\"%s\"", key);
+	const char *at = body->size ? memmem(body->data, body->size, quoted, (size_t)length) : NULL;
+	if (!at)
+		return;
+	const char *end = (const char *)body->data + body->size;
+	for (at += length; at < end && (*at == ' ' || *at == ':'); at++)
+		;
+	if (at == end || *at++ != '"')
+		return;
+	size_t used = 0;
+	for (; at < end && *at != '"' && used + 1 < size; at++) {
+		if (*at == '\\' && at + 1 < end)
+			at++;
+		value[used++] = *at;
+	}
+	value[used] = 0;
+}
+
+static gnp_status status_of(const char *code, long http)
+{
+	for (int i = 0; i < GNP_STATUS_COUNT; i++)
+		if (strcmp(gnp_status_name((gnp_status)i), code) == 0)
+			return (gnp_status)i;
+	return http == 404 ? GNP_NOT_FOUND : GNP_INTERNAL;
+}
+
+gnp_status gnp_http_failure(const char *url, long code, const struct gnp_buffer *body, struct gnp_error *error)
+{
+	char text[256], name[48], id[80], quoted[120];
+	json_string(body, "error", text, sizeof text);
+	json_string(body, "code", name, sizeof name);
+	json_string(body, "request_id", id, sizeof id);
+	if (text[0])
+		return gnp_error_set(error, status_of(name, code), "%s (HTTP %ld%s%s)", text, code, id[0] ? ", request " : "", id);
+	size_t length = body->size < sizeof quoted - 1 ? body->size : sizeof quoted - 1;
+	for (size_t i = 0; i < length; i++)
+		quoted[i] = (char)(body->data[i] < ' ' || body->data[i] > '~' ? ' ' : body->data[i]);
+	quoted[length] = 0;
+	return gnp_error_set(error, GNP_INTERNAL, "%.120s: answered HTTP %ld: %s", url, code, quoted);
+}
+
+/* Runs the transfer in short waits so that a cancelled task ends it. */
+static CURLcode perform(CURLM *multi, CURL *easy, const struct gnp_task *task)
+{
+	enum { WAIT_MILLISECONDS = 50 };
+	int running = 1, left;
+	if (curl_multi_add_handle(multi, easy) != CURLM_OK)
+		return CURLE_OUT_OF_MEMORY;
+	while (running && gnp_task_check(task, NULL) == GNP_OK) {
+		if (curl_multi_perform(multi, &running) != CURLM_OK)
+			break;
+		if (running)
+			curl_multi_poll(multi, NULL, 0, WAIT_MILLISECONDS, NULL);
+	}
+	CURLMsg *message = curl_multi_info_read(multi, &left);
+	CURLcode result = message && message->msg == CURLMSG_DONE ? message->data.result : CURLE_ABORTED_BY_CALLBACK;
+	curl_multi_remove_handle(multi, easy);
+	return result;
+}
+
+static struct curl_slist *headers_of(const struct gnp_http_request *request)
+{
+	char line[256];
+	snprintf(line, sizeof line, "Content-Type: %s", request->content_type);
+	struct curl_slist *headers = curl_slist_append(NULL, line), *more = NULL;
+	snprintf(line, sizeof line, "Accept: %s", request->accept);
+	if (headers)
+		more = curl_slist_append(headers, line);
+	/* Waiting for "100 Continue" would cost up to a second with a server that does not send it. */
+	if (more)
+		more = curl_slist_append(headers, "Expect:");
+	if (!more) {
+		curl_slist_free_all(headers);
+		return NULL;
+	}
+	return headers;
+}
+
+static void set_options(CURL *easy, const struct gnp_http_request *request, struct exchange *exchange, char *reason)
+{
+	curl_easy_setopt(easy, CURLOPT_URL, request->url);
+	curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
+	curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+	curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, reason);
+	curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT, 10L);
+	curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, (long)(1000 * request->timeout));
+	curl_easy_setopt(easy, CURLOPT_POST, 1L);
+	curl_easy_setopt(easy, CURLOPT_POSTFIELDS, request->body);
+	curl_easy_setopt(easy, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)request->size);
+	curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, take_body);
+	curl_easy_setopt(easy, CURLOPT_WRITEDATA, exchange);
+	curl_easy_setopt(easy, CURLOPT_NOPROGRESS, 0L);
+	curl_easy_setopt(easy, CURLOPT_XFERINFOFUNCTION, show_transfer);
+	curl_easy_setopt(easy, CURLOPT_XFERINFODATA, exchange);
+}
+
+static gnp_status judge(CURL *easy, CURLcode result, const struct gnp_http_request *request,
+                        const struct exchange *exchange, const char *reason, struct gnp_error *error)
+{
+	long code = 0;
+	gnp_status status = gnp_task_check(exchange->progress->task, error);
+	if (status != GNP_OK)
+		return status;
+	if (exchange->status != GNP_OK)
+		return gnp_error_set(error, exchange->status, "answer: no memory for more than %zu bytes", exchange->body.size);
+	curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &code);
+	if (result == CURLE_OK && code == 200)
+		return GNP_OK;
+	/* A server may answer, for example 413, before it has read everything: the answer counts, not the broken pipe. */
+	if (code && code != 200)
+		return gnp_http_failure(request->url, code, &exchange->body, error);
+	if (result == CURLE_OPERATION_TIMEDOUT)
+		return gnp_error_set(error, GNP_DEADLINE, "%.120s: %s", request->url, reason[0] ? reason : curl_easy_strerror(result));
+	return gnp_error_set(error, GNP_IO, "%.120s: %s", request->url, reason[0] ? reason : curl_easy_strerror(result));
+}
+
+gnp_status gnp_http_post(const struct gnp_http_request *request, struct gnp_progress *progress,
+                         struct gnp_buffer *response, struct gnp_error *error)
+{
+	char reason[CURL_ERROR_SIZE] = "";
+	struct exchange exchange = {.progress = progress};
+	struct curl_slist *headers = headers_of(request);
+	CURL *easy = curl_easy_init();
+	CURLM *multi = curl_multi_init();
+	gnp_status status;
+	if (!headers || !easy || !multi) {
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory for a connection");
+		goto done;
+	}
+	set_options(easy, request, &exchange, reason);
+	curl_easy_setopt(easy, CURLOPT_HTTPHEADER, headers);
+	CURLcode result = perform(multi, easy, progress->task);
+	status = judge(easy, result, request, &exchange, reason, error);
+	if (status == GNP_OK) {
+		*response = exchange.body;
+		exchange.body = (struct gnp_buffer){0};
+	}
+done:
+	gnp_buffer_clear(&exchange.body);
+	curl_multi_cleanup(multi);
+	curl_easy_cleanup(easy);
+	curl_slist_free_all(headers);
+	return status;
+}
