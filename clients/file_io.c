@@ -161,7 +161,7 @@ gnp_status gnp_file_format_in(const char *name, const char *path, const struct g
 gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error)
 {
 	enum gnp_format found = GNP_FORMAT_COUNT;
-	bool known = gnp_format_by_name(name ? name : extension(path), &found);
+	bool known = gnp_format_by_name(name ? name : is_standard(path) ? "ply" : extension(path), &found);
 	return check_format(known, gnp_format_writable, found, name ? name : path, "written", format, error);
 }
 

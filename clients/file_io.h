@@ -16,8 +16,9 @@ gnp_status gnp_file_read(const char *path, struct gnp_buffer *out, struct gnp_er
  * What is there and is no regular file (a device, a pipe) is written to directly. */
 gnp_status gnp_file_write(const char *path, const void *data, size_t size, struct gnp_error *error);
 
-/* The format by its name when given (not NULL), else by the path's extension. GNP_INVALID_ARGUMENT naming the known ones
- * when neither tells, or when it cannot be read / written. */
+/* The format by its name when given (not NULL), else by the path's extension, else by the content's first bytes (in) or
+ * PLY on standard output (out). GNP_INVALID_ARGUMENT naming the usable ones when none tells, or when it cannot be read /
+ * written. */
 gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
                               enum gnp_format *format, struct gnp_error *error);
 gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error);

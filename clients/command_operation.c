@@ -1,0 +1,203 @@
+/* gnp OPERATION: any operation of the proto table, by this machine's core or by a server; the answer is the same bytes. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "command.h"
+#include "file_io.h"
+#include "http_client.h"
+#include "session.h"
+
+static const struct gnp_option client_options[] = {
+	{"output", 'o', "FILE", "where to write (default: standard output)"},
+	{"format", 0, "NAME", "format of the output (default: by extension; ply on standard output)"},
+	{"input-format", 0, "NAME", "format of the input (default: by extension, else by its first bytes)"},
+	{"local", 0, NULL, "work on this machine (the default)"},
+	{"workers", 0, "N", "threads of local work (default: one a core)"},
+	{"url", 0, "URL", "have a server do it, for example http://127.0.0.1:8080"},
+	{"timeout", 0, "SECONDS", "how long a server may take (default: no limit)"},
+};
+#define CLIENT_OPTIONS (sizeof client_options / sizeof client_options[0])
+
+/* One invocation. */
+struct job {
+	const struct gnp_operation *operation;
+	const char *input, *output, *url, *input_format_name;
+	enum gnp_format input_format, output_format;
+	uint64_t workers;
+	double timeout;
+	struct gnp_values parameters;
+	struct gnp_buffer body; /* the input file */
+};
+
+static bool is_client_option(const struct gnp_option *option)
+{
+	for (size_t i = 0; i < CLIENT_OPTIONS; i++)
+		if (strcmp(client_options[i].name, option->name) == 0)
+			return true;
+	return false;
+}
+
+/* Every parameter given is checked against the table before any work or request. */
+static gnp_status parse_parameters(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
+{
+	_Alignas(16) unsigned char checked[GNP_OPTIONS_SIZE_MAX];
+	gnp_status status = GNP_OK;
+	job->operation->defaults(checked);
+	for (size_t i = 0; i < arguments->option_count && status == GNP_OK; i++) {
+		const struct gnp_option_given *given = &arguments->options[i];
+		if (is_client_option(given->option))
+			continue;
+		status = gnp_parameter_parse(job->operation, checked, given->option->name, given->value, error);
+		if (status == GNP_OK)
+			status = gnp_values_add_string(&job->parameters, given->option->name, given->value, error);
+	}
+	return status;
+}
+
+static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
+{
+	job->input = arguments->operands[0];
+	job->output = gnp_arguments_get(arguments, "output", "-");
+	job->url = gnp_arguments_get(arguments, "url", NULL);
+	job->input_format_name = gnp_arguments_get(arguments, "input-format", NULL);
+	if (job->url && gnp_arguments_has(arguments, "local"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--local and --url: give one of them");
+	if (job->url && gnp_arguments_has(arguments, "workers"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--workers: is of local work, and --url asks a server");
+	gnp_status status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &job->timeout, error);
+	if (status == GNP_OK)
+		status = gnp_file_format_out(gnp_arguments_get(arguments, "format", NULL), job->output, &job->output_format, error);
+	if (status == GNP_OK)
+		status = parse_parameters(arguments, job, error);
+	return status;
+}
+
+/* A file of results needs the points they belong to: the computed ones, else those that came. */
+static gnp_status encode(const struct job *job, const struct gnp_request *request, const struct gnp_response *response,
+                         struct gnp_buffer *answer, struct gnp_error *error)
+{
+	struct gnp_tensors tensors = {0};
+	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
+	gnp_status status = GNP_OK;
+	if (points && !gnp_tensors_find(&response->outputs, "points"))
+		status = gnp_tensors_add_data(&tensors, points->name, points->datatype, points->rank, points->shape, points->data,
+		                              false, NULL, error);
+	for (size_t i = 0; i < response->outputs.count && status == GNP_OK; i++) {
+		const struct gnp_tensor *output = &response->outputs.items[i];
+		status = gnp_tensors_add_data(&tensors, output->name, output->datatype, output->rank, output->shape, output->data,
+		                              false, NULL, error);
+	}
+	if (status == GNP_OK)
+		status = gnp_file_encode(job->output_format, &tensors, &response->parameters, answer, error);
+	gnp_tensors_clear(&tensors);
+	return status;
+}
+
+static gnp_status run_local(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
+{
+	static const struct gnp_limits no_limits = {0};
+	struct gnp_request request = {0};
+	struct gnp_response response = {0};
+	struct gnp_call call;
+	gnp_task_stage(&session->task, GNP_STAGE_DECODE, 0);
+	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, 0, &request.inputs, error);
+	request.parameters = job->parameters;
+	if (status == GNP_OK)
+		status = gnp_call_prepare(job->operation, &request, &no_limits, &call, error);
+	if (status == GNP_OK)
+		status = gnp_call_run(&call, session->pool, &session->task, &response, error);
+	gnp_task_stage(&session->task, GNP_STAGE_ENCODE, 0);
+	if (status == GNP_OK)
+		status = encode(job, &request, &response, answer, error);
+	gnp_response_clear(&response);
+	request.parameters = (struct gnp_values){0};
+	gnp_request_clear(&request);
+	return status;
+}
+
+/* URL/v1/OPERATION?name=value&... */
+static gnp_status build_url(const struct job *job, struct gnp_buffer *url, struct gnp_error *error)
+{
+	size_t length = strlen(job->url);
+	while (length && job->url[length - 1] == '/')
+		length--;
+	gnp_status status = gnp_buffer_printf(url, error, "%.*s/v1/%s", (int)length, job->url, job->operation->name);
+	for (size_t i = 0; i < job->parameters.count && status == GNP_OK; i++) {
+		status = gnp_buffer_printf(url, error, "%c%s=", i ? '&' : '?', job->parameters.items[i].name);
+		if (status == GNP_OK)
+			status = gnp_http_escape(job->parameters.items[i].string, url, error);
+	}
+	return status == GNP_OK ? gnp_buffer_append(url, "", 1, error) : status;
+}
+
+static gnp_status run_remote(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
+{
+	struct gnp_buffer url = {0};
+	gnp_status status = build_url(job, &url, error);
+	if (status == GNP_OK) {
+		struct gnp_http_request request = {.url = (const char *)url.data, .body = job->body.data, .size = job->body.size,
+		                                   .content_type = gnp_format_media_type(job->input_format),
+		                                   .accept = gnp_format_media_type(job->output_format), .timeout = job->timeout};
+		status = gnp_http_post(&request, &session->progress, answer, error);
+	}
+	gnp_buffer_clear(&url);
+	return status;
+}
+
+static enum gnp_exit run_job(struct job *job, struct gnp_error *error)
+{
+	struct gnp_session session;
+	struct gnp_buffer answer = {0};
+	bool remote = job->url != NULL;
+	gnp_status status = gnp_session_open(&session, remote ? GNP_NO_WORKERS : (unsigned)job->workers, error);
+	if (status != GNP_OK)
+		return gnp_exit_of(status, false);
+	status = (remote ? run_remote : run_local)(job, &session, &answer, error);
+	gnp_session_close(&session);
+	if (status == GNP_OK) {
+		status = gnp_file_write(job->output, answer.data, answer.size, error);
+		remote = false;
+	}
+	gnp_buffer_clear(&answer);
+	return gnp_exit_of(status, remote);
+}
+
+static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct job job = {.operation = command->operation};
+	enum gnp_exit code = GNP_EXIT_USAGE;
+	if (parse_job(arguments, &job, error) != GNP_OK)
+		goto done;
+	code = GNP_EXIT_DATA;
+	if (gnp_file_read(job.input, &job.body, error) != GNP_OK)
+		goto done;
+	if (gnp_file_format_in(job.input_format_name, job.input, &job.body, &job.input_format, error) != GNP_OK)
+		goto done;
+	code = run_job(&job, error);
+done:
+	gnp_values_clear(&job.parameters);
+	gnp_buffer_clear(&job.body);
+	return code;
+}
+
+gnp_status gnp_command_for_operation(const struct gnp_operation *operation,
+                                     struct gnp_option options[GNP_OPERATION_OPTIONS_MAX], struct gnp_command *command,
+                                     struct gnp_error *error)
+{
+	if (CLIENT_OPTIONS + operation->parameter_count > GNP_OPERATION_OPTIONS_MAX)
+		return gnp_error_set(error, GNP_INTERNAL, "%s: got %zu parameters, room for %zu", operation->name,
+		                     operation->parameter_count, GNP_OPERATION_OPTIONS_MAX - CLIENT_OPTIONS);
+	memcpy(options, client_options, sizeof client_options);
+	for (size_t i = 0; i < operation->parameter_count; i++) {
+		const struct gnp_parameter *parameter = &operation->parameters[i];
+		options[CLIENT_OPTIONS + i] = (struct gnp_option){
+			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? NULL : "a value"};
+	}
+	*command = (struct gnp_command){
+		.name = operation->name, .operands = "IN [--local | --url URL] [OPTIONS] -o OUT", .help = operation->help,
+		.options = options, .option_count = CLIENT_OPTIONS + operation->parameter_count, .operands_least = 1,
+		.operands_most = 1, .run = run, .operation = operation};
+	return GNP_OK;
+}
