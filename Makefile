@@ -86,4 +86,26 @@ check: ## the rules of the house that a compiler does not know
 bench: $(BUILD)/tests/bench ## time the core and write $(BUILD)/bench.json
 	$(BUILD)/tests/bench $(BUILD)/bench.json
 
+demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
+	@BUILD='$(BUILD)' CLOUD='$(CLOUD)' deploy/demo.sh
+
+scans: ## the same for two scanned models, fetched with npm
+	@BUILD='$(BUILD)' deploy/scans.sh
+
+deps: ## install the Debian packages that building and testing need
+	deploy/install-deps.sh test
+
+install: all ## install to $(DESTDIR)$(PREFIX)
+	install -D -m 755 -t $(DESTDIR)$(PREFIX)/bin $(BUILD)/gnpd $(BUILD)/gnp
+	install -d $(DESTDIR)$(PREFIX)/share/gnpd/weights
+	for f in weights/*.safetensors weights/SHA256SUMS weights/CARD.md; do \
+		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE
+
+clean: ## remove what was built
+	rm -rf $(BUILD)
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
+
 -include $(shell test -d $(BUILD) && find $(BUILD) -name '*.d' -not -path '$(BUILD)/*-*/*')

@@ -166,7 +166,7 @@ static void light(const double n[3], double *diffuse, double *highlight)
 	static const double key[3] = {-0.45, 0.60, 0.66}, half[3] = {-0.247, 0.329, 0.911};
 	double k = fmax(0, n[0] * key[0] + n[1] * key[1] + n[2] * key[2]);
 	double h = fmax(0, n[0] * half[0] + n[1] * half[1] + n[2] * half[2]);
-	*diffuse = 0.34 + 0.40 * k + 0.30 * n[2];
+	*diffuse = 0.32 + 0.36 * k + 0.27 * n[2];
 	*highlight = 0.10 * pow(h, 40);
 }
 
