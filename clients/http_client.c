@@ -46,7 +46,7 @@ gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct g
 	return status;
 }
 
-/* The string value of a top-level key of a flat JSON object, with escapes other than \uXXXX undone; empty when there is none. */
+/* The string value of a top-level key of a flat JSON object, with one-character escapes undone; empty when there is none. */
 static void json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size)
 {
 	char quoted[32];

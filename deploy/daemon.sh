@@ -16,7 +16,9 @@ trap 'exit 143' TERM HUP
 
 daemon_start() {
 	rm -f "$2/port"
-	"$1/gnpd" --listen 127.0.0.1:0 --port-file "$2/port" --weights-dir weights >"$2/gnpd.log" 2>&1 &
+	weights_dir=weights
+	[ -d weights ] || weights_dir=
+	"$1/gnpd" --listen 127.0.0.1:0 --port-file "$2/port" ${weights_dir:+--weights-dir "$weights_dir"} >"$2/gnpd.log" 2>&1 &
 	daemon=$!
 	tries=0
 	until [ -s "$2/port" ] && url=http://127.0.0.1:$(cat "$2/port") && curl -sf -o "$2/ready.json" "$url/v2/health/ready"; do
