@@ -11,17 +11,19 @@
 #include "outward.h"
 #include "pca.h"
 
-/* Terms of an edge's weight besides 1 - |agreement of normals|, and the largest weight told apart. */
-static const double tangent_share = 0.5, variation_share = 1, distance_share = 0.02, worst = 3;
+/* Terms of an edge's weight besides 1 - |agreement of normals|, and the largest weight told apart. On noisy and undersampled
+ * surfaces leaving the tangent planes is the best sign of an edge that misleads; 1 .. 4 serve alike. */
+static const double tangent_share = 2, distance_share = 0.02, worst = 3;
 /* An edge longer than this many times the smaller radius of its ends is a long one. */
 static const double long_ratio = 3;
 
 enum {
-	NEIGHBOURS = 12,
+	NEIGHBOURS = 16,
 	NEIGHBOURS_MAX = 256,
 	CHUNK = 1024,  /* points a worker takes at a time */
 	BLOCK = 8192,  /* points of a serial loop between two looks at the task */
 	SHORT = 24576, /* levels of short edges: 0 .. SHORT - 1; long ones take the rest */
+	DOUBTFUL = 10032, /* SHORT sqrt(0.5 / worst): from here the normals or the edge tell two stories */
 	LEVELS = 32767,
 	NO_EDGE = 65535,
 	ROOM = 4 /* a row may hold this many times the neighbours asked for, by ties, before its search is cut short */
@@ -38,7 +40,6 @@ struct graph {
 	uint32_t *index;     /* (count, k) */
 	uint16_t *key;       /* (count, k) level << 1 | opposite, NO_EDGE for an edge that the other end holds too */
 	double *radius;      /* (count) distance to the k-th neighbour; later the root of a relative area */
-	float *variation;    /* (count) 0 flat .. 1/3 no plane at all */
 	size_t *start;       /* (LEVELS + 1) */
 	struct edge *edges;  /* ascending by level */
 	struct gnp_forest forest;
@@ -126,8 +127,6 @@ static gnp_status fit_planes(void *context, size_t begin, size_t end, struct gnp
 		graph->radius[i] = rows.r_k[i - begin];
 		gnp_pca_fit(graph->points, rows.index + at, k + 1, &pca);
 		status = look_farther(graph, i, scratch, &pca, error);
-		double sum = pca.values[0] + pca.values[1] + pca.values[2];
-		graph->variation[i] = sum > 0 ? (float)(fmax(pca.values[2], 0) / sum) : 0;
 		memcpy(graph->normals + 3 * i, pca.axes[2], sizeof pca.axes[2]);
 	}
 	return status;
@@ -147,7 +146,7 @@ static bool lists(const struct graph *graph, size_t i, size_t j)
 /* The normal of i is carried along the edge e as along a circular arc: by the mirror plane across e. So a fold's two
  * flanks, and the two sides of a thin wall, come out right where parallel transport would not. An edge is trusted
  * the more the better the carried normal agrees with that of j up to sign, the closer it lies to both tangent planes,
- * and the flatter and the shorter it is. */
+ * and the shorter it is. */
 static uint16_t edge_key(const struct graph *graph, size_t i, size_t j)
 {
 	const double *n = graph->normals + 3 * i, *m = graph->normals + 3 * j;
@@ -166,7 +165,6 @@ static uint16_t edge_key(const struct graph *graph, size_t i, size_t j)
 		level = SHORT + (unsigned)fmin(octaves, LEVELS - 1 - SHORT);
 	} else {
 		double w = 1 - fmin(fabs(agreement), 1) + tangent_share * 0.5 * (along_n * along_n + along_m * along_m) +
-		           variation_share * (double)fmaxf(graph->variation[i], graph->variation[j]) +
 		           distance_share * length / (graph->radius[i] + graph->radius[j] + 1e-300);
 		level = (unsigned)(sqrt(fmin(w / worst, 1)) * (SHORT - 1));
 	}
@@ -230,11 +228,62 @@ static void mark_fragments(struct graph *graph)
 			graph->radius[i] = 0;
 }
 
-/* Kruskal: short edges first, by weight. A long edge (one that leads to where points lie much denser) then joins large sets
- * freely, but a fragment only once: an outlier between two surfaces goes to one of them and does not bridge them. */
+/* The votes of the edges between two sets, named by their roots a < b: positive for equal signs. */
+struct ballot {
+	uint32_t a, b;
+	int64_t votes;
+};
+
+static int compare_pairs(const void *x, const void *y)
+{
+	const struct ballot *p = x, *q = y;
+	if (p->a != q->a)
+		return p->a < q->a ? -1 : 1;
+	return (p->b > q->b) - (p->b < q->b);
+}
+
+static int compare_majorities(const void *x, const void *y)
+{
+	int64_t p = llabs(((const struct ballot *)x)->votes), q = llabs(((const struct ballot *)y)->votes);
+	return p != q ? (p < q ? 1 : -1) : compare_pairs(x, y);
+}
+
+/* Joins large sets that only doubtful edges connect: not by the best of these but by the majority of all, clearest first. A
+ * tie leaves the two apart. */
+static gnp_status vote(struct graph *graph, size_t count, struct gnp_error *error)
+{
+	struct ballot *ballots = gnp_array_new(count, sizeof *ballots);
+	size_t cast = 0, pairs = 0;
+	if (!ballots)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "orient: no memory for %zu edges", count);
+	for (size_t e = 0; e < count; e++) {
+		bool flip_a, flip_b, opposite = graph->edges[e].to & 1;
+		uint32_t a = gnp_forest_find(&graph->forest, graph->edges[e].from, &flip_a);
+		uint32_t b = gnp_forest_find(&graph->forest, graph->edges[e].to >> 1, &flip_b);
+		if (a != b)
+			ballots[cast++] = (struct ballot){a < b ? a : b, a < b ? b : a, opposite ^ flip_a ^ flip_b ? -1 : 1};
+	}
+	qsort(ballots, cast, sizeof *ballots, compare_pairs);
+	for (size_t i = 0; i < cast; i++) {
+		if (pairs && compare_pairs(&ballots[pairs - 1], &ballots[i]) == 0)
+			ballots[pairs - 1].votes += ballots[i].votes;
+		else
+			ballots[pairs++] = ballots[i];
+	}
+	qsort(ballots, pairs, sizeof *ballots, compare_majorities);
+	for (size_t i = 0; i < pairs && ballots[i].votes != 0; i++)
+		gnp_forest_join(&graph->forest, ballots[i].a, ballots[i].b, ballots[i].votes < 0, SIZE_MAX);
+	free(ballots);
+	return GNP_OK;
+}
+
+/* Kruskal, by weight, while edges are sound. Doubtful ones, and long ones (that lead to where points lie much denser), join
+ * small sets only and vote on large ones. Long edges of fragments do not vote: an outlier between two surfaces goes
+ * to one of them and does not bridge them. */
 static gnp_status grow_forest(struct graph *graph, struct gnp_error *error)
 {
-	size_t shorts = graph->start[SHORT - 1], total = graph->start[LEVELS - 1];
+	size_t sound = graph->start[DOUBTFUL - 1], shorts = graph->start[SHORT - 1], total = graph->start[LEVELS - 1];
+	size_t deferred = 0;
 	for (size_t e = 0; e < total; e++) {
 		if (e % (4 * BLOCK) == 0) {
 			gnp_status status = gnp_task_check(graph->task, error);
@@ -243,11 +292,14 @@ static gnp_status grow_forest(struct graph *graph, struct gnp_error *error)
 		}
 		if (e == shorts)
 			mark_fragments(graph);
-		uint32_t a = graph->edges[e].from, b = graph->edges[e].to >> 1;
+		struct edge edge = graph->edges[e];
+		uint32_t a = edge.from, b = edge.to >> 1;
+		bool joined = gnp_forest_join(&graph->forest, a, b, edge.to & 1, e < sound ? SIZE_MAX : graph->k);
 		bool fragment = e >= shorts && (graph->radius[a] == 0 || graph->radius[b] == 0);
-		gnp_forest_join(&graph->forest, a, b, graph->edges[e].to & 1, fragment ? graph->k : SIZE_MAX);
+		if (e >= sound && !joined && !fragment)
+			graph->edges[deferred++] = edge;
 	}
-	return GNP_OK;
+	return deferred ? vote(graph, deferred, error) : GNP_OK;
 }
 
 static void negate(double *n)
@@ -314,9 +366,8 @@ static bool graph_init(struct graph *graph)
 	graph->index = gnp_array_new(slots, sizeof *graph->index);
 	graph->key = gnp_array_new(slots, sizeof *graph->key);
 	graph->radius = gnp_array_new(graph->count, sizeof *graph->radius);
-	graph->variation = gnp_array_new(graph->count, sizeof *graph->variation);
 	graph->start = gnp_array_zero(LEVELS + 1, sizeof *graph->start);
-	return graph->index && graph->key && graph->radius && graph->variation && graph->start;
+	return graph->index && graph->key && graph->radius && graph->start;
 }
 
 static void graph_clear(struct graph *graph)
@@ -324,7 +375,6 @@ static void graph_clear(struct graph *graph)
 	free(graph->index);
 	free(graph->key);
 	free(graph->radius);
-	free(graph->variation);
 	free(graph->start);
 	free(graph->edges);
 	free(graph->members);
