@@ -6,6 +6,7 @@
 #include "orient.h"
 #include "outward.h"
 #include "pca.h"
+#include "shapes.h"
 #include "test.h"
 
 static const double pi = 3.14159265358979323846;
@@ -144,6 +145,31 @@ static void closed_surfaces_get_outward_normals(void)
 	add_torus(&truth, 60000, 1, 0.45, 9);
 	CHECK(wrong_of_all(&truth, 1) == 0);
 	clear(&truth);
+}
+
+/* Handles, necks and the deepest folds of the random families. */
+static void every_kind_of_closed_shape_comes_out_right(void)
+{
+	static const struct {
+		const char *name;
+		uint64_t seed;
+		unsigned degree;
+	} shapes[] = {{"genus2", 0, 0},   {"genus3", 0, 0},  {"bumpy_torus", 0, 0}, {"toroidal", 3, 0},
+	              {"toroidal", 7, 0}, {"radial", 5, 22}, {"radial", 6, 22}};
+	struct gnp_pool *pool = NULL;
+	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
+	for (size_t i = 0; i < sizeof shapes / sizeof *shapes; i++) {
+		struct gnp_shape *shape = NULL;
+		struct gnp_sample sample = {0};
+		struct gnp_sample_options options = {.count = 10000, .seed = 1, .noise = 1e-3};
+		CHECK(gnp_shape_create(shapes[i].name, shapes[i].seed, shapes[i].degree, &shape, NULL) == GNP_OK);
+		CHECK(gnp_sample_create(shape, &options, pool, NULL, &sample, NULL) == GNP_OK);
+		struct truth truth = {.count = sample.count, .points = sample.points, .normals = sample.normals};
+		CHECK_AT_MOST((double)wrong_of_all(&truth, 1), 0);
+		gnp_sample_clear(&sample);
+		gnp_shape_free(shape);
+	}
+	gnp_pool_free(pool);
 }
 
 static void normals_are_close_to_the_truth(void)
@@ -403,6 +429,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(closed_surfaces_get_outward_normals),
+		TEST(every_kind_of_closed_shape_comes_out_right),
 		TEST(normals_are_close_to_the_truth),
 		TEST(noise_leaves_the_orientation),
 		TEST(each_component_is_oriented_by_itself),
