@@ -200,6 +200,7 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 static void refuse_body(struct gnpd_request *request, const struct gnp_error *error)
 {
 	gnp_buffer_clear(&request->body);
+	gnpd_request_release(request, request->reserved);
 	gnpd_reply_error(request, error);
 	request->step = GNPD_STEP_DISCARD;
 }

@@ -143,12 +143,13 @@ bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_job *job)
 	return waiting;
 }
 
-gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t bytes, struct gnp_error *error)
+gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t held, size_t bytes, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	pthread_mutex_lock(&queue->lock);
-	if (bytes > queue->bytes_max)
-		status = gnp_error_set(error, GNP_TOO_LARGE, "memory: got a request of %zu bytes, need at most %zu (queue-bytes)",
+	if (bytes > queue->bytes_max - held)
+		status = gnp_error_set(error, GNP_TOO_LARGE,
+		                       "memory: the request holds %zu bytes and needs %zu more, need at most %zu in all (queue-bytes)", held,
 		                       bytes, queue->bytes_max);
 	else if (bytes > queue->bytes_max - queue->bytes)
 		status = gnp_error_set(error, GNP_OVERLOADED,

@@ -37,9 +37,9 @@ gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error);
 /* Takes a job that still waits out of the queue, so that its place is free; false when it already runs or ran. */
 bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_job *job);
 
-/* Counts bytes a request is about to hold. GNP_TOO_LARGE when they alone exceed the limit, GNP_OVERLOADED when they do
- * together with what is held. */
-gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t bytes, struct gnp_error *error);
+/* Counts bytes a request that holds `held` of them is about to hold more. GNP_TOO_LARGE when the request alone exceeds the
+ * limit, GNP_OVERLOADED when it does together with the others. */
+gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t held, size_t bytes, struct gnp_error *error);
 void gnpd_queue_release(struct gnpd_queue *queue, size_t bytes);
 
 struct gnpd_queue_state {

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include "oip.h"
@@ -31,7 +32,7 @@ struct gnpd_reaper {
 	struct gnpd_connection *first;
 	size_t count;
 	struct pollfd *polls;               /* (max_connections) */
-	struct gnpd_connection **suspended; /* (max_connections) */
+	struct gnpd_connection **probed;    /* (max_connections) */
 	pthread_t thread;
 };
 
@@ -192,24 +193,45 @@ static void stop_work(struct gnpd_reaper *reaper, struct gnpd_request *request, 
 	}
 }
 
-/* Lock held. One poll for all suspended sockets. */
-static void probe_suspended(struct gnpd_reaper *reaper, double now, struct gnpd_job **removed)
+/* Lock held. The client has gone. The library's edge-triggered polling misses an end that came together with the last
+ * data it read, so shut the socket down to wake it, unless there is more to read. */
+static void leave(struct gnpd_connection *connection)
+{
+	int unread = 0;
+	if (connection->cut != GNP_OK || (ioctl(connection->fd, FIONREAD, &unread) == 0 && unread > 0))
+		return;
+	connection->cut = GNP_CANCELLED;
+	shutdown(connection->fd, SHUT_RDWR);
+}
+
+/* Lock held. One poll for all sockets but those that are being written to. */
+static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_job **removed)
 {
 	nfds_t count = 0;
 	for (struct gnpd_connection *c = reaper->first; c && count < reaper->server->config->max_connections; c = c->next)
-		if (c->phase == GNPD_PHASE_WORK) {
+		if (c->phase != GNPD_PHASE_REPLY) {
 			reaper->polls[count] = (struct pollfd){.fd = c->fd, .events = POLLRDHUP};
-			reaper->suspended[count++] = c;
+			reaper->probed[count++] = c;
 		}
-	if (count && poll(reaper->polls, count, 0) < 0)
+	if (count && poll(reaper->polls, count, 0) <= 0)
 		return;
 	for (nfds_t i = 0; i < count; i++) {
-		struct gnpd_request *request = reaper->suspended[i]->request;
-		if (reaper->polls[i].revents & (POLLRDHUP | POLLHUP | POLLERR))
-			stop_work(reaper, request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
-		else if (now > request->deadline)
-			stop_work(reaper, request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
+		struct gnpd_connection *connection = reaper->probed[i];
+		if (!(reaper->polls[i].revents & (POLLRDHUP | POLLHUP | POLLERR)))
+			continue;
+		if (connection->phase == GNPD_PHASE_WORK)
+			stop_work(reaper, connection->request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
+		else
+			leave(connection);
 	}
+}
+
+/* Lock held. */
+static void check_work_deadlines(struct gnpd_reaper *reaper, double now, struct gnpd_job **removed)
+{
+	for (struct gnpd_connection *c = reaper->first; c; c = c->next)
+		if (c->phase == GNPD_PHASE_WORK && now > c->request->deadline)
+			stop_work(reaper, c->request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
 }
 
 /* Lock held. */
@@ -258,7 +280,8 @@ static void *reaper_main(void *argument)
 		struct gnpd_job *removed = NULL;
 		double now = gnp_clock();
 		check_deadlines(reaper, now);
-		probe_suspended(reaper, now, &removed);
+		probe_clients(reaper, &removed);
+		check_work_deadlines(reaper, now, &removed);
 		if (removed) {
 			pthread_mutex_unlock(&reaper->lock);
 			run_removed(removed);
@@ -287,7 +310,7 @@ static void release(struct gnpd_reaper *reaper)
 	pthread_cond_destroy(&reaper->wake);
 	pthread_mutex_destroy(&reaper->lock);
 	free(reaper->polls);
-	free(reaper->suspended);
+	free(reaper->probed);
 	free(reaper);
 }
 
@@ -304,8 +327,8 @@ gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **o
 	pthread_mutex_init(&reaper->lock, NULL);
 	reaper->server = server;
 	reaper->polls = calloc(server->config->max_connections, sizeof *reaper->polls);
-	reaper->suspended = calloc(server->config->max_connections, sizeof *reaper->suspended);
-	if (!reaper->polls || !reaper->suspended || pthread_create(&reaper->thread, NULL, reaper_main, reaper) != 0) {
+	reaper->probed = calloc(server->config->max_connections, sizeof *reaper->probed);
+	if (!reaper->polls || !reaper->probed || pthread_create(&reaper->thread, NULL, reaper_main, reaper) != 0) {
 		release(reaper);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: cannot start");
 	}

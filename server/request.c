@@ -36,7 +36,7 @@ void gnpd_request_free(struct gnpd_request *request)
 {
 	if (!request)
 		return;
-	gnpd_queue_release(request->server->queue, request->reserved);
+	gnpd_request_release(request, request->reserved);
 	reply_clear(&request->reply);
 	gnp_response_clear(&request->response);
 	gnp_request_clear(&request->message);
@@ -62,12 +62,18 @@ void gnpd_request_set_id(struct gnpd_request *request, const char *id)
 
 gnp_status gnpd_request_reserve(struct gnpd_request *request, size_t bytes, struct gnp_error *error)
 {
-	gnp_status status = gnpd_queue_reserve(request->server->queue, bytes, error);
+	gnp_status status = gnpd_queue_reserve(request->server->queue, request->reserved, bytes, error);
 	if (status == GNP_OK)
 		request->reserved += bytes;
 	else
 		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_QUEUE_BYTES);
 	return status;
+}
+
+void gnpd_request_release(struct gnpd_request *request, size_t bytes)
+{
+	gnpd_queue_release(request->server->queue, bytes);
+	request->reserved -= bytes;
 }
 
 void gnpd_reply_header(struct gnpd_request *request, const char *name, const char *format, ...)

@@ -90,6 +90,8 @@ void gnpd_request_set_id(struct gnpd_request *request, const char *id);
 /* Reserves bytes of the queue for the request, released with it. Counts a refusal. */
 gnp_status gnpd_request_reserve(struct gnpd_request *request, size_t bytes, struct gnp_error *error);
 
+void gnpd_request_release(struct gnpd_request *request, size_t bytes);
+
 /* Adds a header to the reply; text is cut at 255 bytes. */
 void gnpd_reply_header(struct gnpd_request *request, const char *name, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));

@@ -23,10 +23,8 @@ static gnp_status decompress(struct gnpd_request *request, struct gnp_error *err
 	                            &request->decoded, error);
 	if (status == GNP_TOO_LARGE)
 		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
-	if (status == GNP_OK && request->decoded.size < most) {
-		gnpd_queue_release(server->queue, most - request->decoded.size);
-		request->reserved -= most - request->decoded.size;
-	}
+	if (status == GNP_OK && request->decoded.capacity < most)
+		gnpd_request_release(request, most - request->decoded.capacity);
 	return status;
 }
 

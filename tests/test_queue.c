@@ -91,13 +91,16 @@ static void byte_limit_names_itself(void)
 {
 	struct gnp_error error = {0}, alone = {0};
 	struct gnpd_queue *queue = create(1, 1, 1000);
-	CHECK(gnpd_queue_reserve(queue, 600, NULL) == GNP_OK);
-	CHECK(gnpd_queue_reserve(queue, 401, &error) == GNP_OVERLOADED);
+	CHECK(gnpd_queue_reserve(queue, 0, 600, NULL) == GNP_OK);
+	CHECK(gnpd_queue_reserve(queue, 0, 401, &error) == GNP_OVERLOADED);
 	CHECK_STRING(error.text, "queue: requests hold 600 bytes and 401 more are needed, at most 1000 may be held (queue-bytes)");
-	CHECK(gnpd_queue_reserve(queue, 400, NULL) == GNP_OK);
+	CHECK(gnpd_queue_reserve(queue, 600, 400, NULL) == GNP_OK);
 	CHECK(gnpd_queue_state(queue).bytes == 1000);
-	CHECK(gnpd_queue_reserve(queue, SIZE_MAX, &alone) == GNP_TOO_LARGE);
-	CHECK_CONTAINS(alone.text, "need at most 1000 (queue-bytes)");
+	CHECK(gnpd_queue_reserve(queue, 0, SIZE_MAX, &alone) == GNP_TOO_LARGE);
+	CHECK_CONTAINS(alone.text, "need at most 1000 in all (queue-bytes)");
+	alone = (struct gnp_error){0};
+	CHECK(gnpd_queue_reserve(queue, 600, 401, &alone) == GNP_TOO_LARGE);
+	CHECK_CONTAINS(alone.text, "the request holds 600 bytes and needs 401 more");
 	gnpd_queue_release(queue, 1000);
 	CHECK(gnpd_queue_state(queue).bytes == 0);
 	gnpd_queue_free(queue);
