@@ -133,26 +133,34 @@ static gnp_status save(const struct gnp_sample *sample, const char *shape, const
 	return status;
 }
 
+static gnp_status sample_shape(const char *name, const struct plan *plan, struct gnp_sample *sample, struct gnp_error *error)
+{
+	struct gnp_session session;
+	struct gnp_shape *shape;
+	gnp_status status = gnp_session_open(&session, 0, error);
+	if (status != GNP_OK)
+		return status;
+	atomic_store(&session.progress.phase, "sample");
+	status = gnp_shape_create(name, plan->shape_seed, (unsigned)plan->degree, &shape, error);
+	if (status == GNP_OK) {
+		status = gnp_sample_create(shape, &plan->sample, session.pool, &session.task, sample, error);
+		gnp_shape_free(shape);
+	}
+	gnp_session_close(&session);
+	return status;
+}
+
 static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arguments *arguments, struct gnp_error *error)
 {
 	(void)command;
 	const char *name = arguments->operands[0];
 	struct plan plan;
-	struct gnp_shape *shape;
-	struct gnp_session session;
 	struct gnp_sample sample;
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
-	gnp_status status = gnp_shape_create(name, plan.shape_seed, (unsigned)plan.degree, &shape, error);
-	if (status != GNP_OK)
-		return status == GNP_NOT_FOUND ? GNP_EXIT_USAGE : gnp_exit_of(status, false);
-	status = gnp_session_open(&session, 0, error);
-	if (status == GNP_OK) {
-		atomic_store(&session.progress.phase, "sample");
-		status = gnp_sample_create(shape, &plan.sample, session.pool, &session.task, &sample, error);
-		gnp_session_close(&session);
-	}
-	gnp_shape_free(shape);
+	gnp_status status = sample_shape(name, &plan, &sample, error);
+	if (status == GNP_NOT_FOUND)
+		return GNP_EXIT_USAGE;
 	if (status != GNP_OK)
 		return gnp_exit_of(status, false);
 	status = save(&sample, name, &plan, error);

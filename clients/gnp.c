@@ -114,6 +114,6 @@ int main(int argc, char **argv)
 	if (code != GNP_EXIT_OK)
 		fprintf(stderr, "gnp %s: %s\n", argv[1], error.text[0] ? error.text : gnp_status_text(error.status));
 	if (code == GNP_EXIT_USAGE)
-		fprintf(stderr, "'gnp%s%s --help' tells more\n", error.status == GNP_NOT_FOUND ? "" : " ", error.status == GNP_NOT_FOUND ? "" : argv[1]);
+		fprintf(stderr, "'gnp --help' and 'gnp COMMAND --help' tell more\n");
 	return code;
 }

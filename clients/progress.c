@@ -1,6 +1,5 @@
 #include "progress.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
@@ -8,16 +7,37 @@
 
 #include "command.h"
 
-enum { TICK_NANOSECONDS = 100000000 };
+enum { TICK_NANOSECONDS = 100000000, SECOND = 1000000000 };
 #define SHOW_AFTER 0.3 /* seconds: what is done sooner needs no bar */
+#define INSIST_AFTER 0.5 /* seconds: some programs send the same signal twice at once */
 
-/* The signals waited for; SIGUSR1, sent to the thread alone, ends it. */
-static void watched(sigset_t *set)
+static const int signals[] = {SIGINT, SIGTERM};
+enum { SIGNALS = sizeof signals / sizeof signals[0] };
+
+/* The stop flag: signals taken. A handler, because libraries start threads of their own, with signals unblocked, before main. */
+static volatile sig_atomic_t interrupts;
+
+static void take_signal(int signal)
 {
-	sigemptyset(set);
-	sigaddset(set, SIGINT);
-	sigaddset(set, SIGTERM);
-	sigaddset(set, SIGUSR1);
+	(void)signal;
+	interrupts++;
+}
+
+static void restore_signals(const struct gnp_progress *progress)
+{
+	for (int i = 0; i < SIGNALS; i++)
+		sigaction(signals[i], &progress->previous[i], NULL);
+}
+
+static void catch_signals(struct gnp_progress *progress)
+{
+	struct sigaction action = {.sa_handler = take_signal, .sa_flags = SA_RESTART};
+	interrupts = 0;
+	for (int i = 0; i < SIGNALS; i++) {
+		sigaction(signals[i], NULL, &progress->previous[i]);
+		if (progress->previous[i].sa_handler != SIG_IGN)
+			sigaction(signals[i], &action, NULL);
+	}
 }
 
 void gnp_progress_format(const char *phase, double fraction, double elapsed, char *line, size_t size)
@@ -57,24 +77,48 @@ static void draw(struct display *display, struct gnp_progress *progress)
 	display->shown = true;
 }
 
+/* What is to be done about signals: the first cancels, a later one ends the process. */
+struct insistence {
+	sig_atomic_t seen;
+	double cancelled; /* when, by the monotonic clock */
+};
+
+static void heed_signals(struct insistence *insistence, struct gnp_task *task)
+{
+	if (interrupts == insistence->seen)
+		return;
+	if (insistence->seen && gnp_clock() - insistence->cancelled > INSIST_AFTER)
+		_exit(GNP_EXIT_CANCELLED);
+	if (!insistence->seen) {
+		insistence->cancelled = gnp_clock();
+		gnp_task_cancel(task);
+	}
+	insistence->seen = interrupts;
+}
+
+/* Waits for a tick; true when the progress is to stop. */
+static bool wait_tick(struct gnp_progress *progress)
+{
+	struct timespec until;
+	clock_gettime(CLOCK_REALTIME, &until);
+	until.tv_nsec += TICK_NANOSECONDS;
+	until.tv_sec += until.tv_nsec / SECOND;
+	until.tv_nsec %= SECOND;
+	pthread_mutex_lock(&progress->lock);
+	if (!progress->stopping)
+		pthread_cond_timedwait(&progress->stopped, &progress->lock, &until);
+	bool stopping = progress->stopping;
+	pthread_mutex_unlock(&progress->lock);
+	return stopping;
+}
+
 static void *watch(void *argument)
 {
 	struct gnp_progress *progress = argument;
 	struct display display = {.terminal = isatty(STDERR_FILENO), .begun = gnp_clock()};
-	const struct timespec tick = {0, TICK_NANOSECONDS};
-	bool interrupted = false;
-	sigset_t set;
-	watched(&set);
-	for (;;) {
-		int signal = sigtimedwait(&set, NULL, &tick);
-		if (signal == SIGUSR1)
-			break;
-		if (signal > 0 && interrupted)
-			_exit(GNP_EXIT_CANCELLED);
-		if (signal > 0) {
-			interrupted = true;
-			gnp_task_cancel(progress->task);
-		}
+	struct insistence insistence = {0};
+	while (!wait_tick(progress)) {
+		heed_signals(&insistence, progress->task);
 		draw(&display, progress);
 	}
 	if (display.shown)
@@ -84,22 +128,29 @@ static void *watch(void *argument)
 
 gnp_status gnp_progress_start(struct gnp_progress *progress, struct gnp_task *task, struct gnp_error *error)
 {
-	sigset_t set;
-	watched(&set);
 	progress->task = task;
+	progress->stopping = false;
 	atomic_init(&progress->phase, NULL);
-	pthread_sigmask(SIG_BLOCK, &set, &progress->previous);
+	pthread_mutex_init(&progress->lock, NULL);
+	pthread_cond_init(&progress->stopped, NULL);
+	catch_signals(progress);
 	int failure = pthread_create(&progress->thread, NULL, watch, progress);
-	if (failure) {
-		pthread_sigmask(SIG_SETMASK, &progress->previous, NULL);
-		return gnp_error_set(error, GNP_INTERNAL, "progress: cannot start a thread: %s", strerror(failure));
-	}
-	return GNP_OK;
+	if (!failure)
+		return GNP_OK;
+	restore_signals(progress);
+	pthread_cond_destroy(&progress->stopped);
+	pthread_mutex_destroy(&progress->lock);
+	return gnp_error_set(error, GNP_INTERNAL, "progress: cannot start a thread: %s", strerror(failure));
 }
 
 void gnp_progress_stop(struct gnp_progress *progress)
 {
-	pthread_kill(progress->thread, SIGUSR1);
+	pthread_mutex_lock(&progress->lock);
+	progress->stopping = true;
+	pthread_cond_signal(&progress->stopped);
+	pthread_mutex_unlock(&progress->lock);
 	pthread_join(progress->thread, NULL);
-	pthread_sigmask(SIG_SETMASK, &progress->previous, NULL);
+	restore_signals(progress);
+	pthread_cond_destroy(&progress->stopped);
+	pthread_mutex_destroy(&progress->lock);
 }

@@ -1,7 +1,7 @@
 /* Watches a task while it runs: a bar on stderr when that is a terminal, and Ctrl-C.
  *
- * From start to stop SIGINT and SIGTERM cancel the task instead of ending the process; a second one ends it at once.
- * Threads made in between (a pool's workers) leave the signals alone too. */
+ * From start to stop SIGINT and SIGTERM cancel the task instead of ending the process; a second one, more than half a second
+ * later, ends it at once. A signal that was ignored stays so. One progress at a time in a process. */
 #ifndef GNP_CLIENTS_PROGRESS_H
 #define GNP_CLIENTS_PROGRESS_H
 
@@ -16,7 +16,10 @@
 struct gnp_progress {
 	struct gnp_task *task;
 	_Atomic(const char *) phase; /* what to call the current step; NULL: the task's stage. A string that stays. */
-	sigset_t previous;
+	struct sigaction previous[2]; /* of SIGINT and SIGTERM */
+	pthread_mutex_t lock;
+	pthread_cond_t stopped;
+	bool stopping;
 	pthread_t thread;
 };
 

@@ -6,7 +6,6 @@ gnp_status gnp_session_open(struct gnp_session *session, unsigned workers, struc
 {
 	session->pool = NULL;
 	gnp_task_init(&session->task);
-	/* First, so that the pool's threads leave Ctrl-C to the watcher. */
 	gnp_status status = gnp_progress_start(&session->progress, &session->task, error);
 	if (status != GNP_OK || workers == GNP_NO_WORKERS)
 		return status;
