@@ -188,7 +188,7 @@ static gnp_status bumpy_torus_create(struct gnp_shape *shape, uint64_t seed, uns
 }
 
 /* The family as published. Where the ring's ripple r1 B1 approaches the tube's radius a0 a member folds sharply: about one in
- * five has principal curvatures beyond 100, more than the usual 100,000 points resolve. */
+ * four has principal curvatures beyond 100, more than the usual 100,000 points resolve. */
 static gnp_status toroidal_create(struct gnp_shape *shape, uint64_t seed, unsigned degree, struct gnp_error *error)
 {
 	(void)degree;
