@@ -15,12 +15,12 @@ static const int signals[] = {SIGINT, SIGTERM};
 enum { SIGNALS = sizeof signals / sizeof signals[0] };
 
 /* The stop flag: signals taken. A handler, because libraries start threads of their own, with signals unblocked, before main. */
-static volatile sig_atomic_t interrupts;
+static atomic_int interrupts;
 
 static void take_signal(int signal)
 {
 	(void)signal;
-	interrupts++;
+	atomic_fetch_add(&interrupts, 1);
 }
 
 static void restore_signals(const struct gnp_progress *progress)
@@ -32,7 +32,7 @@ static void restore_signals(const struct gnp_progress *progress)
 static void catch_signals(struct gnp_progress *progress)
 {
 	struct sigaction action = {.sa_handler = take_signal, .sa_flags = SA_RESTART};
-	interrupts = 0;
+	atomic_store(&interrupts, 0);
 	for (int i = 0; i < SIGNALS; i++) {
 		sigaction(signals[i], NULL, &progress->previous[i]);
 		if (progress->previous[i].sa_handler != SIG_IGN)
@@ -79,13 +79,14 @@ static void draw(struct display *display, struct gnp_progress *progress)
 
 /* What is to be done about signals: the first cancels, a later one ends the process. */
 struct insistence {
-	sig_atomic_t seen;
+	int seen;
 	double cancelled; /* when, by the monotonic clock */
 };
 
 static void heed_signals(struct insistence *insistence, struct gnp_task *task)
 {
-	if (interrupts == insistence->seen)
+	int taken = atomic_load(&interrupts);
+	if (taken == insistence->seen)
 		return;
 	if (insistence->seen && gnp_clock() - insistence->cancelled > INSIST_AFTER)
 		_exit(GNP_EXIT_CANCELLED);
@@ -93,7 +94,7 @@ static void heed_signals(struct insistence *insistence, struct gnp_task *task)
 		insistence->cancelled = gnp_clock();
 		gnp_task_cancel(task);
 	}
-	insistence->seen = interrupts;
+	insistence->seen = taken;
 }
 
 /* Waits for a tick; true when the progress is to stop. */

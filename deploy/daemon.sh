@@ -8,6 +8,7 @@ daemon_stop() {
 	[ -n "$daemon" ] || return 0
 	kill "$daemon" 2>/dev/null || true
 	wait "$daemon" 2>/dev/null || true
+	rm -f "$port_file"
 	daemon=
 }
 trap daemon_stop EXIT
@@ -15,13 +16,14 @@ trap 'exit 130' INT
 trap 'exit 143' TERM HUP
 
 daemon_start() {
-	rm -f "$2/port"
+	port_file=$2/port
+	rm -f "$port_file"
 	weights_dir=weights
 	[ -d weights ] || weights_dir=
-	"$1/gnpd" --listen 127.0.0.1:0 --port-file "$2/port" ${weights_dir:+--weights-dir "$weights_dir"} >"$2/gnpd.log" 2>&1 &
+	"$1/gnpd" --listen 127.0.0.1:0 --port-file "$port_file" ${weights_dir:+--weights-dir "$weights_dir"} >"$2/gnpd.log" 2>&1 &
 	daemon=$!
 	tries=0
-	until [ -s "$2/port" ] && url=http://127.0.0.1:$(cat "$2/port") && curl -sf -o "$2/ready.json" "$url/v2/health/ready"; do
+	until [ -s "$port_file" ] && url=http://127.0.0.1:$(cat "$port_file") && curl -sf -o "$2/ready.json" "$url/v2/health/ready"; do
 		tries=$((tries + 1))
 		if [ "$tries" -gt 100 ] || ! kill -0 "$daemon" 2>/dev/null; then
 			echo "gnpd did not become ready; its log ($2/gnpd.log):" >&2

@@ -9,6 +9,7 @@ deploy/install-deps.sh demo
 "${MAKE:-make}" --no-print-directory -j2 BUILD="$BUILD" all >/dev/null
 folder=$BUILD/demo
 mkdir -p "$folder"
+rm -f "$folder"/*.ply "$folder"/*.png
 . deploy/daemon.sh
 daemon_start "$BUILD" "$folder"
 
