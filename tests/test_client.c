@@ -1,5 +1,4 @@
 /* The command line's parts that need no process: options, progress lines, URLs, a server's error bodies, whole files. */
-#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
