@@ -1,12 +1,14 @@
 /* gnpd: reads its configuration, starts the parts in order of need, waits for signals, stops them in reverse. */
 #include <errno.h>
-#include <pthread.h>
+#include <semaphore.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 #include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "config.h"
@@ -17,17 +19,36 @@
 
 extern char **environ;
 
-/* The signals the main thread waits for; blocked before the first thread starts. */
-static sigset_t block_signals(void)
+/* The stop flag: what signals have come and not been acted on. A handler, not a mask alone, because libraries start threads
+ * before main that no mask of ours reaches. */
+static struct {
+	atomic_int stops, hangups;
+	sem_t wake;
+} arrived;
+
+static void on_signal(int number)
 {
-	sigset_t signals;
-	sigemptyset(&signals);
-	sigaddset(&signals, SIGTERM);
-	sigaddset(&signals, SIGINT);
-	sigaddset(&signals, SIGHUP);
-	pthread_sigmask(SIG_BLOCK, &signals, NULL);
+	atomic_fetch_add(number == SIGHUP ? &arrived.hangups : &arrived.stops, 1);
+	sem_post(&arrived.wake);
+}
+
+static bool take(atomic_int *count)
+{
+	int now = atomic_load(count);
+	while (now > 0 && !atomic_compare_exchange_weak(count, &now, now - 1))
+		;
+	return now > 0;
+}
+
+static void catch_signals(void)
+{
+	struct sigaction action = {.sa_handler = on_signal, .sa_flags = SA_RESTART};
+	sem_init(&arrived.wake, 0, 0);
+	sigemptyset(&action.sa_mask);
+	sigaction(SIGTERM, &action, NULL);
+	sigaction(SIGINT, &action, NULL);
+	sigaction(SIGHUP, &action, NULL);
 	signal(SIGPIPE, SIG_IGN);
-	return signals;
 }
 
 static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
@@ -65,49 +86,43 @@ static gnp_status write_port_file(const char *path, unsigned port, struct gnp_er
 }
 
 /* True when a signal other than SIGHUP came within the time; seconds < 0: waits for one. */
-static bool wait_signal(const struct gnpd_server *server, const sigset_t *signals, double seconds)
+static bool wait_signal(const struct gnpd_server *server, double seconds)
 {
 	double until = gnp_clock() + seconds;
+	struct timespec end = {(time_t)until, (long)((until - (double)(time_t)until) * 1e9)};
 	for (;;) {
-		double left = until - gnp_clock();
-		int number;
-		if (seconds < 0) {
-			number = sigwaitinfo(signals, NULL);
-		} else {
-			left = left > 0 ? left : 0;
-			struct timespec timeout = {(time_t)left, (long)((left - (double)(time_t)left) * 1e9)};
-			number = sigtimedwait(signals, NULL, &timeout);
-			if (number < 0 && errno == EAGAIN)
-				return false;
-		}
-		if (number == SIGHUP)
+		while (take(&arrived.hangups))
 			gnpd_log_event(&server->log, "info", "SIGHUP: nothing to reload");
-		else if (number > 0)
+		if (take(&arrived.stops))
 			return true;
+		if (seconds < 0)
+			sem_wait(&arrived.wake);
+		else if (sem_clockwait(&arrived.wake, CLOCK_MONOTONIC, &end) != 0 && errno == ETIMEDOUT)
+			return false;
 	}
 }
 
 /* Waits until no request is under way; false when the time is over or another signal came. */
-static bool wait_drained(struct gnpd_server *server, const sigset_t *signals, double seconds)
+static bool wait_drained(struct gnpd_server *server, double seconds)
 {
 	double until = gnp_clock() + seconds;
 	while (atomic_load(&server->active) > 0) {
-		if (gnp_clock() >= until || wait_signal(server, signals, 0.02))
+		if (gnp_clock() >= until || wait_signal(server, 0.02))
 			return false;
 	}
 	return true;
 }
 
-static void drain(struct gnpd_server *server, const sigset_t *signals)
+static void drain(struct gnpd_server *server)
 {
 	const double last_words = 2; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
-	if (wait_drained(server, signals, server->config->drain_seconds))
+	if (wait_drained(server, server->config->drain_seconds))
 		return;
 	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
-	wait_drained(server, signals, last_words);
+	wait_drained(server, last_words);
 }
 
 /* The library may only stop when no connection is suspended. */
@@ -119,7 +134,7 @@ static void end_work(struct gnpd_server *server)
 		usleep(1000);
 }
 
-static gnp_status serve(struct gnpd_server *server, const sigset_t *signals, struct gnp_error *error)
+static gnp_status serve(struct gnpd_server *server, struct gnp_error *error)
 {
 	struct gnpd_address address;
 	struct gnpd_http *http = NULL;
@@ -136,8 +151,8 @@ static gnp_status serve(struct gnpd_server *server, const sigset_t *signals, str
 	if (status == GNP_OK) {
 		gnpd_log_event(&server->log, "info", "gnpd " GNPD_VERSION " ready on port %u with %u workers", port,
 		               gnp_pool_workers(server->pool));
-		wait_signal(server, signals, -1);
-		drain(server, signals);
+		wait_signal(server, -1);
+		drain(server);
 	}
 	end_work(server);
 	gnpd_http_stop(http);
@@ -147,7 +162,7 @@ static gnp_status serve(struct gnpd_server *server, const sigset_t *signals, str
 static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 {
 	struct gnpd_server server = {.config = config, .log = {(enum gnpd_log_format)config->log_format, STDERR_FILENO}};
-	sigset_t signals = block_signals();
+	catch_signals();
 	gnpd_metrics_init(&server.metrics);
 	gnp_status status = raise_file_limit(config->max_connections, error);
 	if (status == GNP_OK && getrandom(&server.boot, sizeof server.boot, 0) != sizeof server.boot)
@@ -161,7 +176,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
 	if (status == GNP_OK)
-		status = serve(&server, &signals, error);
+		status = serve(&server, error);
 	gnpd_reaper_free(server.reaper);
 	gnpd_queue_free(server.queue);
 	gnp_pool_free(server.pool);
