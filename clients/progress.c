@@ -44,6 +44,10 @@ void gnp_progress_format(const char *phase, double fraction, double elapsed, cha
 {
 	enum { WIDTH = 30 };
 	char bar[WIDTH + 1], left[32] = "";
+	if (fraction < 0) {
+		snprintf(line, size, "%-10s %.0f s", phase, elapsed);
+		return;
+	}
 	int filled = (int)(fraction * WIDTH + 0.5);
 	for (int i = 0; i < WIDTH; i++)
 		bar[i] = i < filled ? '#' : '.';
@@ -72,7 +76,8 @@ static void draw(struct display *display, struct gnp_progress *progress)
 	if (!display->terminal || now - display->begun < SHOW_AFTER)
 		return;
 	char line[128];
-	gnp_progress_format(phase, gnp_task_fraction(progress->task), now - display->phase_begun, line, sizeof line);
+	double fraction = atomic_load(&progress->task->total) ? gnp_task_fraction(progress->task) : -1;
+	gnp_progress_format(phase, fraction, now - display->phase_begun, line, sizeof line);
 	fprintf(stderr, "\r%s\033[K", line);
 	display->shown = true;
 }

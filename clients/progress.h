@@ -27,8 +27,8 @@ struct gnp_progress {
 gnp_status gnp_progress_start(struct gnp_progress *progress, struct gnp_task *task, struct gnp_error *error);
 void gnp_progress_stop(struct gnp_progress *progress);
 
-/* One line of text without its end: "estimate  42% [########........] 3 s left". fraction in [0, 1], elapsed in seconds
- * since the step began; no time is promised before a twentieth is done. */
+/* One line of text without its end: "estimate  42% [########........] 3 s left". fraction in [0, 1], or negative
+ * when unknown; elapsed in seconds since the step began. No time is promised before a twentieth is done. */
 void gnp_progress_format(const char *phase, double fraction, double elapsed, char *line, size_t size);
 
 #endif

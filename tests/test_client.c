@@ -93,6 +93,8 @@ static void progress_tells_share_and_time_left(void)
 	CHECK_CONTAINS(line, "] 9 s left");
 	gnp_progress_format("order", 0.01, 3, line, sizeof line);
 	CHECK(!strstr(line, "left"));
+	gnp_progress_format("sample", -1, 12, line, sizeof line);
+	CHECK_STRING(line, "sample     12 s");
 	gnp_progress_format("done", 1, 3, line, sizeof line);
 	CHECK(!strstr(line, "left") && !strchr(line, '.'));
 }
