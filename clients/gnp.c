@@ -113,6 +113,10 @@ int main(int argc, char **argv)
 	enum gnp_exit code = run_named(argv[1], argc - 2, argv + 2, &error);
 	if (code != GNP_EXIT_OK)
 		fprintf(stderr, "gnp %s: %s\n", argv[1], error.text[0] ? error.text : gnp_status_text(error.status));
+	if (code == GNP_EXIT_OK && fflush(stdout) != 0) {
+		perror("gnp: standard output");
+		code = GNP_EXIT_DATA;
+	}
 	if (code == GNP_EXIT_USAGE)
 		fprintf(stderr, "'gnp --help' and 'gnp COMMAND --help' tell more\n");
 	return code;
