@@ -36,6 +36,8 @@ class Server:
                    os.path.join(self.folder, "weights")]
         command += ["--%s=%s" % (key.replace("_", "-"), value) for key, value in flags.items()]
         environment = {k: v for k, v in os.environ.items() if not k.startswith("GNPD_")}
+        environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
+                                                                              "tsan.supp"))
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(command, stderr=log, stdout=log, env=environment, cwd=self.folder)
         until = time.monotonic() + 10 * SLOW
