@@ -17,11 +17,14 @@ static const struct {
 };
 
 static const gnp_decode_fn decoders[GNP_FORMAT_COUNT] = {
-	[GNP_FORMAT_PLY] = gnp_ply_decode, [GNP_FORMAT_JSON] = gnp_json_file_decode,
+	[GNP_FORMAT_PLY] = gnp_ply_decode, [GNP_FORMAT_NPY] = gnp_npy_decode, [GNP_FORMAT_NPZ] = gnp_npz_decode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_decode, [GNP_FORMAT_PCD] = gnp_pcd_decode, [GNP_FORMAT_OBJ] = gnp_obj_decode,
+	[GNP_FORMAT_JSON] = gnp_json_file_decode,
 };
 
 static const gnp_encode_fn encoders[GNP_FORMAT_COUNT] = {
-	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_JSON] = gnp_json_file_encode,
+	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_NPY] = gnp_npy_encode, [GNP_FORMAT_NPZ] = gnp_npz_encode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_JSON] = gnp_json_file_encode,
 };
 
 /* Other names and media types in use. */
@@ -219,7 +222,7 @@ static gnp_status take_all(struct gnp_tensors *from, struct gnp_tensors *to, str
 static gnp_status decode(enum gnp_format format, const struct gnp_decode *request, struct gnp_tensors *tensors,
                          struct gnp_error *error)
 {
-	if (!gnp_format_readable(format) || !decoders[format])
+	if (!gnp_format_readable(format))
 		return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA, "format %s cannot be read", gnp_format_name(format));
 	struct gnp_tensors made = {0};
 	gnp_status status = decoders[format](request, &made, error);
@@ -246,7 +249,7 @@ gnp_status gnp_file_decode_all(enum gnp_format format, const unsigned char *body
 gnp_status gnp_file_encode(enum gnp_format format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
                            struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	if (!gnp_format_writable(format) || !encoders[format])
+	if (!gnp_format_writable(format))
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format %s cannot be written", gnp_format_name(format));
 	size_t before = buffer->size;
 	gnp_status status = encoders[format](tensors, comments, buffer, error);

@@ -62,6 +62,11 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
                            size_t count, size_t rows, struct gnp_tensors *tensors, struct gnp_column *columns,
                            struct gnp_error *error);
 
+/* Copies a number of every row, found every `step` bytes from source on, to where its column goes. False when a value does
+ * not fit the column's datatype. */
+bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source, size_t step,
+                     size_t rows);
+
 /* A number of every row of a tensor, under the name a file gives it. */
 struct gnp_row_item {
 	char name[GNP_TENSOR_NAME_MAX + 32];

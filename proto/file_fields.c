@@ -88,6 +88,24 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
 	return status;
 }
 
+bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source, size_t step,
+                     size_t rows)
+{
+	unsigned char *target = column->target;
+	size_t size = gnp_datatype_size(datatype);
+	for (size_t row = 0; row < rows; row++, source += step, target += column->stride) {
+		if (datatype != column->datatype) {
+			if (!gnp_scalar_store(column->datatype, target, gnp_scalar_load(datatype, source)))
+				return false;
+		} else if (size == 4) {
+			memcpy(target, source, 4);
+		} else {
+			memcpy(target, source, size);
+		}
+	}
+	return true;
+}
+
 gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *format, const struct gnp_tensor **points,
                              struct gnp_error *error)
 {

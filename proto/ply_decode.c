@@ -267,26 +267,15 @@ static bool has_list(const struct ply *ply, const struct element *element)
 	return false;
 }
 
-/* The rows as they stand, of one width and in the machine's byte order: a column at a time. */
+/* Rows of one width in the machine's byte order: a column at a time. Numbers of columns go to floats wide enough. */
 static void read_plain(struct ply *ply, const struct element *element, const struct gnp_column *columns, size_t width)
 {
 	const unsigned char *source = ply->p;
 	for (size_t i = 0; i < element->properties; i++) {
 		enum gnp_datatype type = ply->properties[element->first + i].type;
-		const struct gnp_column *column = &columns[i];
-		const unsigned char *from = source;
-		unsigned char *to = column->target;
+		if (columns[i].target)
+			gnp_column_copy(&columns[i], type, source, width, element->count);
 		source += gnp_datatype_size(type);
-		if (!to)
-			continue;
-		for (size_t row = 0; row < element->count; row++, from += width, to += column->stride) {
-			if (type != column->datatype)
-				gnp_scalar_store(column->datatype, to, gnp_scalar_load(type, from));
-			else if (type == GNP_FP32)
-				memcpy(to, from, 4);
-			else
-				memcpy(to, from, gnp_datatype_size(type));
-		}
 	}
 	ply->p += element->count * width;
 }

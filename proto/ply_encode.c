@@ -1,10 +1,8 @@
 /* PLY out: binary little-endian, one vertex element. */
 #include <stdlib.h>
-#include <string.h>
 
 #include "file_codec.h"
 #include "memory.h"
-#include "scalar.h"
 
 /* What PLY has no type for goes into the next wider one. */
 static enum gnp_datatype stored_type(enum gnp_datatype datatype, const char **name)
@@ -47,14 +45,8 @@ static void write_column(const struct gnp_row_item *item, size_t rows, unsigned 
 	enum gnp_datatype type = stored_type(tensor->datatype, &name);
 	size_t size = gnp_datatype_size(tensor->datatype), step = rows ? tensor->size / rows : 0;
 	const unsigned char *source = (const unsigned char *)tensor->data + item->item * size;
-	for (size_t row = 0; row < rows; row++, source += step, target += stride) {
-		if (type != tensor->datatype)
-			gnp_scalar_store(type, target, gnp_scalar_load(tensor->datatype, source));
-		else if (size == 4)
-			memcpy(target, source, 4);
-		else
-			memcpy(target, source, size);
-	}
+	struct gnp_column column = {target, stride, type};
+	gnp_column_copy(&column, tensor->datatype, source, step, rows);
 }
 
 static gnp_status write_rows(const struct gnp_row_item *items, size_t count, size_t rows, struct gnp_buffer *buffer,

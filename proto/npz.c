@@ -1,0 +1,244 @@
+/* NPZ: a zip file of NPY arrays, in memory, by libzip. */
+#include <stdlib.h>
+#include <string.h>
+#include <zip.h>
+
+#include "memory.h"
+#include "npy.h"
+
+enum {
+	ENTRIES_MAX = 4096,
+	HEADER_MAX = 65536 + 12,
+	DEFLATE_RATIO_MAX = 1032 /* no deflate stream expands further */
+};
+
+/* Opens memory as an archive; source data stays the caller's. */
+static zip_t *open_memory(const void *data, size_t size, int flags, zip_source_t **source, struct gnp_error *error)
+{
+	zip_error_t reason;
+	zip_error_init(&reason);
+	*source = zip_source_buffer_create(data, size, 0, &reason);
+	zip_t *archive = *source ? zip_open_from_source(*source, flags, &reason) : NULL;
+	if (!archive) {
+		gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", zip_error_strerror(&reason));
+		zip_source_free(*source);
+	}
+	zip_error_fini(&reason);
+	return archive;
+}
+
+static bool read_exactly(zip_file_t *file, unsigned char *target, size_t size)
+{
+	while (size) {
+		zip_int64_t got = zip_fread(file, target, size);
+		if (got <= 0)
+			return false;
+		target += got;
+		size -= (size_t)got;
+	}
+	return true;
+}
+
+/* Past the data there must be nothing; reading up to the end also has libzip compare the checksum. */
+static bool at_end(zip_file_t *file)
+{
+	unsigned char beyond;
+	return zip_fread(file, &beyond, 1) == 0;
+}
+
+/* The header in full, with head (HEADER_MAX) holding its bytes. */
+static gnp_status read_header(zip_file_t *file, unsigned char *head, struct gnp_npy *npy, struct gnp_error *error)
+{
+	if (!read_exactly(file, head, 12))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an entry is cut short");
+	size_t length = head[8] | (size_t)head[9] << 8, start = 10;
+	if (head[6] > 1) {
+		length |= (size_t)head[10] << 16 | (size_t)head[11] << 24;
+		start = 12;
+	}
+	if (length < 2 || length + start > HEADER_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an array's header has %zu bytes, need at most %d", length,
+		                     HEADER_MAX - 12);
+	if (!read_exactly(file, head + 12, start + length - 12))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an entry is cut short");
+	return gnp_npy_read_header(head, start + length, npy, error);
+}
+
+static gnp_status check_entry(const zip_stat_t *entry, struct gnp_error *error)
+{
+	zip_uint64_t need = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
+	if ((entry->valid & need) != need || entry->encryption_method != ZIP_EM_NONE ||
+	    (entry->comp_method != ZIP_CM_STORE && entry->comp_method != ZIP_CM_DEFLATE))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": need a stored or deflated entry", entry->name);
+	if (entry->size / DEFLATE_RATIO_MAX > entry->comp_size)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": claims %llu bytes out of %llu", entry->name,
+		                     (unsigned long long)entry->size, (unsigned long long)entry->comp_size);
+	return GNP_OK;
+}
+
+static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
+                             struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	unsigned char *head = gnp_array_new(HEADER_MAX, 1), *data = NULL;
+	struct gnp_npy npy;
+	gnp_status status = head ? read_header(file, head, &npy, error)
+	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for a header");
+	free(head);
+	if (status == GNP_OK && (npy.bytes > entry->size || npy.bytes + npy.header != entry->size))
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": the shape needs %zu bytes, the entry has %llu with its header",
+		                       entry->name, npy.bytes, (unsigned long long)entry->size);
+	if (status == GNP_OK && !decode->all)
+		status = gnp_decode_check_points(decode, npy.rank ? npy.shape[0] : 0, error);
+	if (status != GNP_OK)
+		return status;
+	data = gnp_array_new(npy.bytes, 1);
+	if (!data)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: \"%.60s\": no memory for %zu bytes", entry->name, npy.bytes);
+	if (!read_exactly(file, data, npy.bytes) || !at_end(file)) {
+		free(data);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": corrupt or cut short", entry->name);
+	}
+	status = gnp_npy_add(&npy, name, data, true, tensors, error);
+	return status == GNP_OK && !decode->all ? gnp_npy_split_vectors(tensors, name, error) : status;
+}
+
+/* The tensor an entry becomes; false when it is not wanted. */
+static bool entry_name(const struct gnp_decode *decode, const char *entry, char name[GNP_TENSOR_NAME_MAX])
+{
+	size_t length = strlen(entry);
+	if (length > 4 && strcmp(entry + length - 4, ".npy") == 0)
+		length -= 4;
+	if (length == 0 || length >= GNP_TENSOR_NAME_MAX)
+		return false;
+	memcpy(name, entry, length);
+	name[length] = '\0';
+	if (decode->all)
+		return true;
+	if (strcmp(name, "xyz") == 0)
+		strcpy(name, "points");
+	return strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
+}
+
+static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gnp_decode *decode,
+                             struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	zip_stat_t entry;
+	char name[GNP_TENSOR_NAME_MAX];
+	if (zip_stat_index(archive, index, 0, &entry) != 0 || !(entry.valid & ZIP_STAT_NAME))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: entry %llu cannot be read", (unsigned long long)index);
+	if (!entry_name(decode, entry.name, name) || gnp_tensors_find(tensors, name))
+		return GNP_OK;
+	gnp_status status = check_entry(&entry, error);
+	if (status != GNP_OK)
+		return status;
+	zip_file_t *file = zip_fopen_index(archive, index, 0);
+	if (!file)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": %s", entry.name, zip_strerror(archive));
+	status = read_array(file, &entry, name, decode, tensors, error);
+	zip_fclose(file);
+	return status;
+}
+
+gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+{
+	zip_source_t *source;
+	zip_t *archive = open_memory(decode->body, decode->size, ZIP_RDONLY, &source, error);
+	if (!archive)
+		return GNP_INVALID_ARGUMENT;
+	zip_int64_t count = zip_get_num_entries(archive, 0);
+	gnp_status status = GNP_OK;
+	if (count > ENTRIES_MAX)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %lld entries, need at most %d", (long long)count, ENTRIES_MAX);
+	for (zip_int64_t i = 0; i < count && status == GNP_OK; i++)
+		status = read_entry(archive, (zip_uint64_t)i, decode, tensors, error);
+	if (status == GNP_OK && !decode->all && !gnp_tensors_find(tensors, "points"))
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: no array named points or xyz");
+	zip_discard(archive);
+	return status;
+}
+
+/* A stored entry with a fixed date, so that the same arrays give the same bytes. */
+static bool add_entry(zip_t *archive, const char *tensor, const struct gnp_buffer *file)
+{
+	enum { DATE_1980_01_01 = 33 };
+	char name[GNP_TENSOR_NAME_MAX + 8];
+	strcat(strcpy(name, tensor), ".npy");
+	zip_source_t *source = zip_source_buffer(archive, file->data, file->size, 0);
+	if (!source)
+		return false;
+	zip_int64_t index = zip_file_add(archive, name, source, ZIP_FL_ENC_UTF_8);
+	if (index < 0) {
+		zip_source_free(source);
+		return false;
+	}
+	return zip_set_file_compression(archive, (zip_uint64_t)index, ZIP_CM_STORE, 0) == 0 &&
+	       zip_file_set_dostime(archive, (zip_uint64_t)index, 0, DATE_1980_01_01, 0) == 0;
+}
+
+static gnp_status copy_source(zip_source_t *source, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	zip_stat_t stat;
+	if (zip_source_stat(source, &stat) != 0 || zip_source_open(source) != 0)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: the archive cannot be read back");
+	gnp_status status = gnp_buffer_reserve(buffer, stat.size, error);
+	zip_int64_t got = status == GNP_OK ? zip_source_read(source, buffer->data + buffer->size, stat.size) : 0;
+	zip_source_close(source);
+	if (status == GNP_OK && (got < 0 || (zip_uint64_t)got != stat.size))
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: the archive cannot be read back");
+	if (status == GNP_OK)
+		buffer->size += (size_t)got;
+	return status;
+}
+
+static gnp_status make_files(const struct gnp_tensors *tensors, struct gnp_buffer *files, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; i < tensors->count && status == GNP_OK; i++) {
+		status = gnp_npy_write_header(&tensors->items[i], &files[i], error);
+		if (status == GNP_OK)
+			status = gnp_buffer_append(&files[i], tensors->items[i].data, tensors->items[i].size, error);
+	}
+	return status;
+}
+
+static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffer *files, const struct gnp_buffer *comment,
+                       struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	zip_source_t *source;
+	zip_t *archive = open_memory(NULL, 0, ZIP_TRUNCATE, &source, error);
+	if (!archive)
+		return GNP_INTERNAL;
+	bool made = true;
+	for (size_t i = 0; i < tensors->count && made; i++)
+		made = add_entry(archive, tensors->items[i].name, &files[i]);
+	if (made && comment->size && comment->size <= 65535)
+		made = zip_set_archive_comment(archive, (const char *)comment->data, (zip_uint16_t)comment->size) == 0;
+	zip_source_keep(source); /* closing the archive drops its own reference */
+	gnp_status status;
+	if (made && zip_close(archive) == 0) {
+		status = copy_source(source, buffer, error);
+	} else {
+		status = gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npz: %s", zip_strerror(archive));
+		zip_discard(archive);
+	}
+	zip_source_free(source);
+	return status;
+}
+
+gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error)
+{
+	struct gnp_buffer *files = gnp_array_zero(tensors->count, sizeof *files), comment = {0};
+	if (!files)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for %zu arrays", tensors->count);
+	gnp_status status = make_files(tensors, files, error);
+	if (status == GNP_OK)
+		status = gnp_write_comments(comments, "", &comment, error);
+	if (status == GNP_OK)
+		status = pack(tensors, files, &comment, buffer, error);
+	for (size_t i = 0; i < tensors->count; i++)
+		gnp_buffer_clear(&files[i]);
+	free(files);
+	gnp_buffer_clear(&comment);
+	return status;
+}

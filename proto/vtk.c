@@ -1,0 +1,140 @@
+/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "file_codec.h"
+#include "memory.h"
+#include "scalar.h"
+
+static enum gnp_datatype stored_type(enum gnp_datatype datatype, const char **name)
+{
+	switch (datatype) {
+	case GNP_BOOL:
+	case GNP_UINT8: *name = "unsigned_char"; return GNP_UINT8;
+	case GNP_UINT16: *name = "unsigned_short"; return GNP_UINT16;
+	case GNP_UINT32: *name = "unsigned_int"; return GNP_UINT32;
+	case GNP_INT8: *name = "char"; return GNP_INT8;
+	case GNP_INT16: *name = "short"; return GNP_INT16;
+	case GNP_INT32: *name = "int"; return GNP_INT32;
+	case GNP_FP16:
+	case GNP_FP32: *name = "float"; return GNP_FP32;
+	default: *name = "double"; return GNP_FP64;
+	}
+}
+
+static gnp_status write_numbers(const struct gnp_tensor *tensor, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	const char *name;
+	enum gnp_datatype type = stored_type(tensor->datatype, &name);
+	size_t size = gnp_datatype_size(type), count = tensor->size / gnp_datatype_size(tensor->datatype);
+	gnp_status status = gnp_buffer_reserve(buffer, count * size + 1, error);
+	if (status != GNP_OK)
+		return status;
+	unsigned char *target = buffer->data + buffer->size, item[8];
+	for (size_t i = 0; i < count; i++, target += size) {
+		gnp_scalar_store(type, item, gnp_tensor_get(tensor, i));
+		gnp_scalar_swap(target, item, 1, size);
+	}
+	*target = '\n';
+	buffer->size += count * size + 1;
+	return GNP_OK;
+}
+
+static gnp_status write_vertices(size_t count, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	if (count > INT32_MAX / 2)
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "vtk: got %zu points, need at most %d", count, INT32_MAX / 2);
+	gnp_status status = gnp_buffer_printf(buffer, error, "VERTICES %zu %zu\n", count, 2 * count);
+	if (status == GNP_OK)
+		status = gnp_buffer_reserve(buffer, 8 * count + 1, error);
+	if (status != GNP_OK)
+		return status;
+	for (size_t i = 0; i < count; i++) {
+		uint32_t cell[2] = {__builtin_bswap32(1), __builtin_bswap32((uint32_t)i)};
+		memcpy(buffer->data + buffer->size, cell, sizeof cell);
+		buffer->size += sizeof cell;
+	}
+	return gnp_buffer_append(buffer, "\n", 1, error);
+}
+
+/* The title holds one line of at most 255 characters. */
+static gnp_status write_title(const struct gnp_values *comments, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	struct gnp_buffer lines = {0};
+	gnp_status status = gnp_write_comments(comments, "", &lines, error);
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(&lines, error, "gnpd");
+	for (size_t i = 0; status == GNP_OK && i < lines.size; i++) {
+		if (lines.data[i] == '\n')
+			lines.data[i] = ',';
+	}
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(buffer, error, "# vtk DataFile Version 3.0\n%.*s\nBINARY\nDATASET POLYDATA\n",
+		                           (int)(lines.size < 255 ? lines.size : 255), (const char *)lines.data);
+	gnp_buffer_clear(&lines);
+	return status;
+}
+
+static bool is_normals(const struct gnp_tensor *tensor)
+{
+	return strcmp(tensor->name, "normals") == 0 && tensor->rank == 2 && tensor->shape[1] == 3;
+}
+
+/* One attribute; `points` itself is none. */
+static gnp_status write_field(const struct gnp_tensor *tensor, size_t rows, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
+{
+	const char *type;
+	stored_type(tensor->datatype, &type);
+	size_t width = rows ? tensor->size / gnp_datatype_size(tensor->datatype) / rows : 1;
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows, type);
+	return status == GNP_OK ? write_numbers(tensor, buffer, error) : status;
+}
+
+static gnp_status write_attributes(const struct gnp_tensors *tensors, const struct gnp_tensor *points,
+                                   struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	size_t rows = points->shape[0], fields = 0;
+	gnp_status status = gnp_buffer_printf(buffer, error, "POINT_DATA %zu\n", rows);
+	for (size_t i = 0; i < tensors->count && status == GNP_OK; i++) {
+		const struct gnp_tensor *t = &tensors->items[i];
+		const char *type;
+		if (!is_normals(t)) {
+			fields += t != points;
+			continue;
+		}
+		stored_type(t->datatype, &type);
+		status = gnp_buffer_printf(buffer, error, "NORMALS normals %s\n", type);
+		if (status == GNP_OK)
+			status = write_numbers(t, buffer, error);
+	}
+	if (status == GNP_OK && fields)
+		status = gnp_buffer_printf(buffer, error, "FIELD quantities %zu\n", fields);
+	for (size_t i = 0; i < tensors->count && status == GNP_OK; i++) {
+		if (&tensors->items[i] != points && !is_normals(&tensors->items[i]))
+			status = write_field(&tensors->items[i], rows, buffer, error);
+	}
+	return status;
+}
+
+gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error)
+{
+	struct gnp_row_item *items;
+	size_t count;
+	const char *type;
+	gnp_status status = gnp_row_items(tensors, "vtk", "", false, &items, &count, error); /* checks the rows */
+	if (status != GNP_OK)
+		return status;
+	const struct gnp_tensor *points = items[0].tensor;
+	free(items);
+	status = write_title(comments, buffer, error);
+	stored_type(points->datatype, &type);
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(buffer, error, "POINTS %zu %s\n", points->shape[0], type);
+	if (status == GNP_OK)
+		status = write_numbers(points, buffer, error);
+	if (status == GNP_OK)
+		status = write_vertices(points->shape[0], buffer, error);
+	return status == GNP_OK ? write_attributes(tensors, points, buffer, error) : status;
+}
