@@ -83,6 +83,9 @@ test: all $(TESTS) ## build and run everything; the last line is the count
 check: ## the rules of the house that a compiler does not know
 	tests/check-house
 
+openapi: $(BUILD)/tests/write_openapi ## write proto/openapi.yaml from the operation table
+	$< > proto/openapi.yaml
+
 bench: $(BUILD)/tests/bench ## time the core and write $(BUILD)/bench.json
 	$(BUILD)/tests/bench $(BUILD)/bench.json
 

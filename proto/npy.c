@@ -253,12 +253,26 @@ gnp_status gnp_npy_write_header(const struct gnp_tensor *tensor, struct gnp_buff
 	return GNP_OK;
 }
 
+/* The array of a file that holds one: the only tensor, or the only one beside points. */
+static const struct gnp_tensor *only_array(const struct gnp_tensors *tensors)
+{
+	if (tensors->count == 1)
+		return &tensors->items[0];
+	for (size_t i = 0; tensors->count == 2 && i < 2; i++) {
+		if (strcmp(tensors->items[i].name, "points") == 0)
+			return &tensors->items[1 - i];
+	}
+	return NULL;
+}
+
 gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	(void)comments; /* the format has no place for them */
-	if (tensors->count != 1)
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npy: holds one array, got %zu: ask for npz", tensors->count);
-	gnp_status status = gnp_npy_write_header(&tensors->items[0], buffer, error);
-	return status == GNP_OK ? gnp_buffer_append(buffer, tensors->items[0].data, tensors->items[0].size, error) : status;
+	const struct gnp_tensor *tensor = only_array(tensors);
+	if (!tensor)
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npy: holds one array beside points, got %zu: ask for npz",
+		                     tensors->count);
+	gnp_status status = gnp_npy_write_header(tensor, buffer, error);
+	return status == GNP_OK ? gnp_buffer_append(buffer, tensor->data, tensor->size, error) : status;
 }

@@ -7,7 +7,7 @@
 #include "number.h"
 #include "scalar.h"
 
-enum { FIELDS_MAX = 128, ITEMS_MAX = 4096, LZF_RATIO_MAX = 140 };
+enum { FIELDS_MAX = 128, ITEMS_MAX = 4096, LZF_RATIO_MAX = 88 };
 
 struct word {
 	const char *text;
