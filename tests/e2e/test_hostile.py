@@ -221,7 +221,7 @@ def test_small_requests_pass_large_ones():
             started = time.monotonic()
             assert server.post(ESTIMATE, body, headers).status == 200
             spent = time.monotonic() - started
-            assert server.metric("gnpd_running_requests") == 1, "the large one is over already"
+            assert server.metric("gnpd_running_requests") >= 1, "the large one is over already"
             assert spent < 0.5 * SLOW, "a small request took %.3f s" % spent
             s.close()
 
