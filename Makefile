@@ -23,8 +23,9 @@ CFLAGS   += -std=c11 -D_GNU_SOURCE $(OPT) -g $(WARN) -fno-math-errno -fno-trappi
 CPPFLAGS += -Icore -Iproto -Iserver -Iclients -Itests
 LDFLAGS  += -pthread
 
+# override: a BUILD given on the command line would otherwise win, and nothing be built with the sanitizer.
 ifneq ($(SAN),)
-BUILD    := $(BUILD)/$(subst $(comma),-,$(SAN))
+override BUILD := $(BUILD)/$(subst $(comma),-,$(SAN))
 CFLAGS   += -fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all
 LDFLAGS  += -fsanitize=$(SAN)
 endif
