@@ -1,5 +1,6 @@
 #include "estimate.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +75,14 @@ struct prepared {
 	struct gnp_neighbors *neighbors;
 	struct gnp_cover cover;
 	size_t components;
+	size_t rows;      /* of the outputs */
+	bool chosen;      /* a row a patch, not a row a point */
+};
+
+/* The points to estimate at, as the caller counts them; at is NULL for all of them. */
+struct choice {
+	const uint32_t *at; /* (count) */
+	size_t count;
 };
 
 static void prepared_clear(struct prepared *prepared)
@@ -101,8 +110,45 @@ static void gather_normals(struct prepared *prepared, const struct gnp_cloud *cl
 	}
 }
 
-static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, struct gnp_pool *pool,
-                          struct gnp_task *task, struct prepared *prepared, struct gnp_error *error)
+/* Patch p is that of the point at[p], and serves it. */
+static gnp_status cover_chosen(const struct prepared *prepared, const struct choice *choice, struct gnp_cover *cover,
+                               struct gnp_error *error)
+{
+	size_t count = choice->count;
+	uint32_t *position = gnp_array_new(prepared->count, sizeof *position); /* inverse of the order */
+	cover->count = count;
+	cover->centre = gnp_array_new(count, sizeof *cover->centre);
+	cover->start = gnp_array_new(count + 1, sizeof *cover->start);
+	cover->member = gnp_array_new(count, sizeof *cover->member);
+	bool room = position && cover->centre && cover->start && cover->member;
+	for (size_t i = 0; room && i < prepared->count; i++)
+		position[prepared->order[i]] = (uint32_t)i;
+	for (size_t p = 0; room && p < count; p++)
+		cover->centre[p] = cover->member[p] = position[choice->at[p]];
+	for (size_t p = 0; room && p <= count; p++)
+		cover->start[p] = p;
+	free(position);
+	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for %zu chosen points", count);
+}
+
+static gnp_status prepare_cover(const struct gnp_estimate_options *options, const struct choice *choice,
+                                struct gnp_pool *pool, struct gnp_task *task, struct prepared *prepared,
+                                struct gnp_error *error)
+{
+	size_t n = prepared->count;
+	prepared->chosen = choice->at != NULL;
+	prepared->rows = prepared->chosen ? choice->count : n;
+	if (prepared->chosen)
+		return cover_chosen(prepared, choice, &prepared->cover, error);
+	if (options->cover == GNP_COVER_ALL)
+		return gnp_cover_all(n, &prepared->cover, error);
+	return gnp_cover_greedy(prepared->neighbors, prepared->points, n, (size_t)options->k / 3, pool, task, &prepared->cover,
+	                        error);
+}
+
+static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                          const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                          struct prepared *prepared, struct gnp_error *error)
 {
 	size_t n = cloud->count;
 	prepared->count = n;
@@ -129,10 +175,7 @@ static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estima
 	if (status != GNP_OK)
 		return status;
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, n);
-	if (options->cover == GNP_COVER_ALL)
-		return gnp_cover_all(n, &prepared->cover, error);
-	return gnp_cover_greedy(prepared->neighbors, prepared->points, n, (size_t)options->k / 3, pool, task, &prepared->cover,
-	                        error);
+	return prepare_cover(options, choice, pool, task, prepared, error);
 }
 
 struct work {
@@ -183,7 +226,7 @@ static void write_patch(struct work *work, size_t p, const struct gnp_patch *pat
 	struct gnp_estimate *out = work->out;
 	const struct gnp_surface surface = {work->fit.basis, coefficients, patch};
 	for (size_t m = prepared->cover.start[p]; m < prepared->cover.start[p + 1]; m++) {
-		size_t point = prepared->cover.member[m], row = prepared->order[point];
+		size_t point = prepared->cover.member[m], row = prepared->chosen ? p : prepared->order[point];
 		double u, v;
 		gnp_patch_locate(patch, prepared->points + 3 * point, &u, &v);
 		gnp_surface_evaluate(&surface, u, v, work->quantities, row, out->values);
@@ -251,7 +294,7 @@ static gnp_status estimate_prepared(const struct prepared *prepared, const struc
                                     struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *estimate,
                                     struct gnp_error *error)
 {
-	estimate->count = prepared->count;
+	estimate->count = prepared->rows;
 	estimate->basis_size = gnp_basis_size(basis_of(options));
 	gnp_status status = allocate_values(estimate, options->quantities, error);
 	if (status != GNP_OK)
@@ -270,26 +313,54 @@ static gnp_status estimate_prepared(const struct prepared *prepared, const struc
 	return status;
 }
 
-gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
-                            struct gnp_error *error)
+static gnp_status check_choice(const struct choice *choice, size_t points, struct gnp_error *error)
+{
+	if (choice->count == 0 || choice->count > UINT32_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "at: got %zu points, need 1..%u", choice->count, UINT32_MAX);
+	for (size_t i = 0; i < choice->count; i++)
+		if (choice->at[i] >= points)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "at[%zu]: got point %u, the cloud has %zu", i, choice->at[i],
+			                     points);
+	return GNP_OK;
+}
+
+static gnp_status estimate_choice(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                                  const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                                  struct gnp_estimate *out, struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);
 	if (status == GNP_OK)
 		status = gnp_cloud_check(cloud, (size_t)options->k, error);
+	if (status == GNP_OK && choice->at)
+		status = check_choice(choice, cloud->count, error);
 	if (status != GNP_OK)
 		return status;
 	struct prepared prepared = {0};
-	struct gnp_estimate estimate = {.normals_estimated = !cloud->normals};
-	status = prepare(cloud, options, pool, task, &prepared, error);
+	struct gnp_estimate result = {.normals_estimated = !cloud->normals};
+	status = prepare(cloud, options, choice, pool, task, &prepared, error);
 	if (status == GNP_OK)
-		status = estimate_prepared(&prepared, options, pool, task, &estimate, error);
+		status = estimate_prepared(&prepared, options, pool, task, &result, error);
 	if (status == GNP_OK)
-		*out = estimate;
+		*out = result;
 	else
-		gnp_estimate_clear(&estimate);
+		gnp_estimate_clear(&result);
 	prepared_clear(&prepared);
 	return status;
+}
+
+gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                            struct gnp_error *error)
+{
+	return estimate_choice(cloud, options, &(struct choice){NULL, 0}, pool, task, out, error);
+}
+
+gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
+                           size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                           struct gnp_error *error)
+{
+	assert(at);
+	return estimate_choice(cloud, options, &(struct choice){at, at_count}, pool, task, out, error);
 }
 
 void gnp_estimate_clear(struct gnp_estimate *estimate)

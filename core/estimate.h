@@ -24,7 +24,7 @@ struct gnp_estimate_options {
 /* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
 struct gnp_estimate_options gnp_estimate_defaults(void);
 
-/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order. */
+/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of `at`). */
 struct gnp_estimate {
 	size_t count;
 	size_t basis_size;                   /* width of surface_coefficients */
@@ -40,6 +40,12 @@ struct gnp_estimate {
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);
+
+/* The same at chosen points of the cloud alone, each at the centre of its own patch as with GNP_COVER_ALL: row i of the
+ * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not used. */
+gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
+                           size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                           struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
 /* Peak bytes gnp_estimate_run may allocate for count points, for admission control. */

@@ -343,6 +343,44 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	gnp_sample_clear(&sample);
 }
 
+static void chosen_points_get_what_they_get_among_all(void)
+{
+	static const uint32_t at[] = {7999, 0, 4321, 17, 4321};
+	enum { CHOSEN = sizeof at / sizeof *at };
+	struct gnp_sample sample = sample_of("bumpy_torus", 0, 0, 8000);
+	struct gnp_cloud cloud = cloud_of(&sample);
+	struct gnp_estimate_options options = options_all(30, GNP_QUANTITY_ALL);
+	struct gnp_estimate all = estimate_of(&cloud, &options), chosen = {0};
+	options.cover = GNP_COVER_COVER;
+	CHECK(gnp_estimate_at(&cloud, &options, at, CHOSEN, pool, NULL, &chosen, NULL) == GNP_OK);
+	CHECK(chosen.count == CHOSEN && chosen.patches == CHOSEN);
+	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
+		size_t width = gnp_quantity_info((enum gnp_quantity)q)->width;
+		width = width ? width : all.basis_size;
+		for (size_t i = 0; i < CHOSEN; i++)
+			CHECK(memcmp(chosen.values[q] + i * width, all.values[q] + at[i] * width, width * sizeof(double)) == 0);
+	}
+	gnp_estimate_clear(&all);
+	gnp_estimate_clear(&chosen);
+	gnp_sample_clear(&sample);
+}
+
+static void chosen_points_must_be_of_the_cloud(void)
+{
+	static const uint32_t at[] = {0, 400};
+	struct gnp_sample sample = sample_of("sphere", 0, 0, 400);
+	struct gnp_cloud cloud = cloud_of(&sample);
+	struct gnp_estimate_options options = gnp_estimate_defaults();
+	struct gnp_estimate e = {0};
+	struct gnp_error error = {0}, none = {0};
+	CHECK(gnp_estimate_at(&cloud, &options, at, 2, pool, NULL, &e, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "at[1]: got point 400, the cloud has 400");
+	CHECK(gnp_estimate_at(&cloud, &options, at, 0, pool, NULL, &e, &none) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(none.text, "at: got 0 points, need 1..4294967295");
+	CHECK(e.count == 0);
+	gnp_sample_clear(&sample);
+}
+
 static void a_cancelled_task_stops_with_its_reason(void)
 {
 	struct gnp_sample sample = sample_of("sphere", 0, 0, 3000);
@@ -369,6 +407,8 @@ int main(int argc, char **argv)
 	                                    TEST(awkward_clouds_give_finite_answers),
 	                                    TEST(poor_neighbourhoods_fall_back_and_are_counted),
 	                                    TEST(bad_options_and_clouds_are_refused_by_name),
+	                                    TEST(chosen_points_get_what_they_get_among_all),
+	                                    TEST(chosen_points_must_be_of_the_cloud),
 	                                    TEST(a_cancelled_task_stops_with_its_reason)};
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;
