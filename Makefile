@@ -1,10 +1,27 @@
 # gnpd: geometry of point clouds as a service. `make help` lists the targets.
+
+# All cores unless -j says otherwise.
+ifeq ($(MAKELEVEL),0)
+MAKEFLAGS += -j$(shell nproc)
+endif
+
+# Several goals run one after the other, each with all jobs: `demo` builds too and `clean` removes what others use.
+ifneq ($(word 2,$(MAKECMDGOALS)),)
+.NOTPARALLEL:
+.PHONY: $(MAKECMDGOALS)
+$(MAKECMDGOALS):
+	@$(MAKE) --no-print-directory $@
+else
+
 BUILD   ?= build
 PREFIX  ?= /usr/local
 DESTDIR ?=
 CC      ?= cc
 SAN     ?=
-comma   := ,
+
+# Everything is built in OUT: what a sanitizer makes gets a folder of its own.
+comma := ,
+OUT   := $(BUILD)$(if $(SAN),/$(subst $(comma),-,$(SAN)))
 
 PKGS_CORE   := openblas
 PKGS_PROTO  := jansson zlib libzip
@@ -19,88 +36,84 @@ LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))
 
 OPT      ?= -O3
 WARN     := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes
-CFLAGS   += -std=c11 -D_GNU_SOURCE $(OPT) -g $(WARN) -fno-math-errno -fno-trapping-math -pthread -MMD -MP
-CPPFLAGS += -Icore -Iproto -Iserver -Iclients -Itests
-LDFLAGS  += -pthread
+SANFLAGS := $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
+COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -Icore -Iproto -Iserver -Iclients -Itests $(OPT) -g $(WARN) -fno-math-errno \
+            -fno-trapping-math -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
+LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
-# override: a BUILD given on the command line would otherwise win, and nothing be built with the sanitizer.
-ifneq ($(SAN),)
-override BUILD := $(BUILD)/$(subst $(comma),-,$(SAN))
-CFLAGS   += -fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all
-LDFLAGS  += -fsanitize=$(SAN)
-endif
 CORE   := $(wildcard core/*.c)
 PROTO  := $(wildcard proto/*.c)
 SERVER := $(filter-out server/gnpd.c,$(wildcard server/*.c))
 CLIENT := $(filter-out clients/gnp.c,$(wildcard clients/*.c))
 UNIT   := $(wildcard tests/test_*.c)
-object  = $(patsubst %.c,$(BUILD)/%.o,$(1))
+object  = $(patsubst %.c,$(OUT)/%.o,$(1))
 
-PROGRAMS := $(BUILD)/gnpd $(BUILD)/gnp
-TESTS    := $(patsubst tests/%.c,$(BUILD)/tests/%,$(UNIT))
+PROGRAMS := $(OUT)/gnpd $(OUT)/gnp
+TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 
 .DEFAULT_GOAL := all
 .SECONDARY:
+.DELETE_ON_ERROR:
 .PHONY: all demo test unit check bench validate scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon) and gnp (the command line)
 
 # Names the Debian package that brings what is missing before the compiler stumbles over it.
-$(BUILD)/.libraries: deploy/install-deps.sh
+$(OUT)/.libraries: deploy/install-deps.sh
 	@deploy/install-deps.sh --check build
 	@mkdir -p $(@D) && touch $@
 
-$(BUILD)/%.o: %.c | $(BUILD)/.libraries
+$(OUT)/%.o: %.c | $(OUT)/.libraries
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(CFLAGS) -c $< -o $@
+	$(COMPILE) -c $< -o $@
 
-$(BUILD)/libgnp.a: $(call object,$(CORE))
+$(OUT)/libgnp.a: $(call object,$(CORE))
 	rm -f $@ && $(AR) rcs $@ $^
-$(BUILD)/libgnpproto.a: $(call object,$(PROTO))
+$(OUT)/libgnpproto.a: $(call object,$(PROTO))
 	rm -f $@ && $(AR) rcs $@ $^
-$(BUILD)/libgnpserver.a: $(call object,$(SERVER))
+$(OUT)/libgnpserver.a: $(call object,$(SERVER))
 	rm -f $@ && $(AR) rcs $@ $^
-$(BUILD)/libgnpclient.a: $(call object,$(CLIENT))
+$(OUT)/libgnpclient.a: $(call object,$(CLIENT))
 	rm -f $@ && $(AR) rcs $@ $^
 
-LIB_CORE   := $(BUILD)/libgnp.a
-LIB_PROTO  := $(BUILD)/libgnpproto.a $(LIB_CORE)
-LIB_SERVER := $(BUILD)/libgnpserver.a $(LIB_PROTO)
-LIB_CLIENT := $(BUILD)/libgnpclient.a $(LIB_PROTO)
+LIB_CORE   := $(OUT)/libgnp.a
+LIB_PROTO  := $(OUT)/libgnpproto.a $(LIB_CORE)
+LIB_SERVER := $(OUT)/libgnpserver.a $(LIB_PROTO)
+LIB_CLIENT := $(OUT)/libgnpclient.a $(LIB_PROTO)
 
-$(BUILD)/gnpd: $(BUILD)/server/gnpd.o $(LIB_SERVER)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
-$(BUILD)/gnp: $(BUILD)/clients/gnp.o $(LIB_CLIENT)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(BUILD)/tests/%: $(BUILD)/tests/%.o $(BUILD)/libgnpserver.a $(BUILD)/libgnpclient.a $(LIB_PROTO)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/gnpd: $(OUT)/server/gnpd.o $(LIB_SERVER)
+	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
+	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
+	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
 unit: $(TESTS) ## build and run the unit tests
 	tests/run-unit $(TESTS)
 
 test: all $(TESTS) ## build and run everything; the last line is the count
-	tests/run-all $(BUILD)
+	tests/run-all $(OUT)
 
 check: ## the rules of the house that a compiler does not know
 	tests/check-house
 
-openapi: $(BUILD)/tests/write_openapi ## write proto/openapi.yaml from the operation table
+openapi: $(OUT)/tests/write_openapi ## write proto/openapi.yaml from the operation table
 	$< > proto/openapi.yaml
 
-bench: $(BUILD)/tests/bench ## time the core and write $(BUILD)/bench.json
-	$(BUILD)/tests/bench $(BUILD)/bench.json
+bench: $(OUT)/tests/bench ## time the core and write bench.json in the build folder
+	$(OUT)/tests/bench $(OUT)/bench.json
 
 demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
-	@BUILD='$(BUILD)' CLOUD='$(CLOUD)' deploy/demo.sh
+	@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh
 
 scans: ## the same for two scanned models, fetched with npm
-	@BUILD='$(BUILD)' deploy/scans.sh
+	@BUILD='$(BUILD)' OUT='$(OUT)' deploy/scans.sh
 
 deps: ## install the Debian packages that building and testing need
 	deploy/install-deps.sh test
 
 install: all ## install to $(DESTDIR)$(PREFIX)
-	install -D -m 755 -t $(DESTDIR)$(PREFIX)/bin $(BUILD)/gnpd $(BUILD)/gnp
+	install -D -m 755 -t $(DESTDIR)$(PREFIX)/bin $(OUT)/gnpd $(OUT)/gnp
 	install -d $(DESTDIR)$(PREFIX)/share/gnpd/weights
 	for f in weights/*.safetensors weights/SHA256SUMS weights/CARD.md; do \
 		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
@@ -112,4 +125,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(shell test -d $(BUILD) && find $(BUILD) -name '*.d' -not -path '$(BUILD)/*-*/*')
+-include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c tests/*.c))
+endif
