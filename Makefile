@@ -104,10 +104,10 @@ bench: $(OUT)/tests/bench ## time the core and write bench.json in the build fol
 	$(OUT)/tests/bench $(OUT)/bench.json
 
 demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
-	@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh
+	+@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh
 
 scans: ## the same for two scanned models, fetched with npm
-	@BUILD='$(BUILD)' OUT='$(OUT)' deploy/scans.sh
+	+@BUILD='$(BUILD)' OUT='$(OUT)' deploy/scans.sh
 
 deps: ## install the Debian packages that building and testing need
 	deploy/install-deps.sh test
