@@ -166,7 +166,7 @@ static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estima
 	status = gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
 	if (status != GNP_OK)
 		return status;
-	gnp_task_stage(task, GNP_STAGE_ORIENT, n);
+	gnp_task_stage(task, GNP_STAGE_ORIENT, cloud->normals ? n : 2 * n); /* two passes over the points */
 	if (cloud->normals)
 		gather_normals(prepared, cloud);
 	else

@@ -6,7 +6,7 @@
 
 #include "memory.h"
 
-enum { BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS };
+enum { BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS, SAMPLE_MAX = 4096 };
 
 struct keyed {
 	uint64_t key;
@@ -63,17 +63,57 @@ static struct keyed *radix_sort(struct keyed *from, struct keyed *to, size_t cou
 	return from;
 }
 
-static void bounds(const double *points, size_t count, double low[3], double *edge)
+static int ascending(const void *a, const void *b)
 {
-	double high[3];
-	memcpy(low, points, 3 * sizeof *low);
-	memcpy(high, points, sizeof high);
-	for (size_t i = 1; i < count; i++)
-		for (int c = 0; c < 3; c++) {
-			low[c] = fmin(low[c], points[3 * i + c]);
-			high[c] = fmax(high[c], points[3 * i + c]);
+	double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+/* Least and largest coordinate along one axis, and those of the bulk: between the fifth and the ninety-fifth hundredth of
+ * points taken at a fixed stride. */
+static void axis_bounds(const double *points, size_t count, int axis, double all[2], double bulk[2])
+{
+	double sample[SAMPLE_MAX];
+	size_t stride = (count + SAMPLE_MAX - 1) / SAMPLE_MAX, taken = 0;
+	all[0] = all[1] = points[axis];
+	for (size_t i = 0; i < count; i++) {
+		double x = points[3 * i + (size_t)axis];
+		all[0] = x < all[0] ? x : all[0];
+		all[1] = x > all[1] ? x : all[1];
+	}
+	for (size_t i = 0; i < count; i += stride)
+		sample[taken++] = points[3 * i + (size_t)axis];
+	qsort(sample, taken, sizeof *sample, ascending);
+	bulk[0] = sample[taken / 20];
+	bulk[1] = sample[taken - 1 - taken / 20];
+}
+
+/* The box the curve fills: the bounding box, but no further than a width of the bulk from the bulk. A few far outliers would
+ * otherwise press all the other points into a handful of cells. Points outside count as on its faces. */
+static void bounds(const double *points, size_t count, double low[3], double high[3], double *edge)
+{
+	double bulk[3][2], width = 0;
+	*edge = 0;
+	for (int c = 0; c < 3; c++) {
+		double all[2];
+		axis_bounds(points, count, c, all, bulk[c]);
+		low[c] = all[0];
+		high[c] = all[1];
+		width = fmax(width, bulk[c][1] - bulk[c][0]);
+	}
+	for (int c = 0; c < 3; c++) {
+		if (width > 0) {
+			low[c] = fmax(low[c], bulk[c][0] - width);
+			high[c] = fmin(high[c], bulk[c][1] + width);
 		}
-	*edge = fmax(fmax(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
+		*edge = fmax(*edge, high[c] - low[c]);
+	}
+}
+
+/* Divided first: the reciprocal of a subnormal edge is infinite. */
+static uint32_t cell(double x, double low, double high, double edge)
+{
+	return (uint32_t)((fmin(fmax(x, low), high) - low) / edge * ((1 << BITS) - 1));
 }
 
 gnp_status gnp_order_compute(const double *points, size_t count, uint32_t *order, struct gnp_error *error)
@@ -83,15 +123,13 @@ gnp_status gnp_order_compute(const double *points, size_t count, uint32_t *order
 	struct keyed *items = gnp_array_new(count, 2 * sizeof *items);
 	if (!items)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "order: no memory for %zu points", count);
-	double low[3], edge;
-	bounds(points, count, low, &edge);
-	/* Divided first: the reciprocal of a subnormal edge is infinite. */
-	const double cells = (1 << BITS) - 1;
+	double low[3], high[3], edge;
+	bounds(points, count, low, high, &edge);
 	edge = edge > 0 ? edge : 1;
 	for (size_t i = 0; i < count; i++) {
 		const double *p = points + 3 * i;
-		items[i].key = hilbert_key((uint32_t)((p[0] - low[0]) / edge * cells), (uint32_t)((p[1] - low[1]) / edge * cells),
-		                           (uint32_t)((p[2] - low[2]) / edge * cells));
+		items[i].key = hilbert_key(cell(p[0], low[0], high[0], edge), cell(p[1], low[1], high[1], edge),
+		                           cell(p[2], low[2], high[2], edge));
 		items[i].index = (uint32_t)i;
 	}
 	const struct keyed *sorted = radix_sort(items, items + count, count);

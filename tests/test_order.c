@@ -77,6 +77,32 @@ static void order_is_local_at_any_scale_and_place(void)
 	free(again);
 }
 
+/* Regression: one far point pressed all the others into a few cells, in whatever order they came. */
+static void far_outliers_leave_the_others_in_curve_order(void)
+{
+	enum { COUNT = 20000, FAR = 20, ALL = COUNT + FAR };
+	double *points = malloc(3 * ALL * sizeof *points);
+	uint32_t *with_far = malloc(ALL * sizeof *with_far);
+	static const double distances[] = {1e6, -1e300};
+	for (int i = 0; i < 3 * COUNT; i++)
+		points[i] = uniform();
+	for (size_t d = 0; d < 2; d++) {
+		double sum = 0;
+		for (int i = 3 * COUNT; i < 3 * ALL; i++)
+			points[i] = distances[d] * (1 + uniform());
+		CHECK(gnp_order_compute(points, ALL, with_far, NULL) == GNP_OK);
+		CHECK(is_permutation(with_far, ALL));
+		for (int i = 1; i < ALL; i++) {
+			const double *a = points + 3 * (size_t)with_far[i - 1], *b = points + 3 * (size_t)with_far[i];
+			if (with_far[i - 1] < COUNT && with_far[i] < COUNT)
+				sum += sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+		}
+		CHECK_AT_MOST(sum / COUNT, 1.5 * cbrt(1.0 / COUNT));
+	}
+	free(points);
+	free(with_far);
+}
+
 static void ties_keep_the_callers_order(void)
 {
 	enum { COUNT = 5000 };
@@ -122,6 +148,7 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {
 		TEST(curve_steps_from_cell_to_adjacent_cell),
 		TEST(order_is_local_at_any_scale_and_place),
+		TEST(far_outliers_leave_the_others_in_curve_order),
 		TEST(ties_keep_the_callers_order),
 		TEST(extreme_and_empty_clouds_are_ordered),
 	};
