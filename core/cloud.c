@@ -2,6 +2,10 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
+
+#include "distinct.h"
+#include "memory.h"
 
 static const double coordinate_limit = 1e100;
 
@@ -62,6 +66,31 @@ static void extents(const struct gnp_cloud *cloud, double *length, double *width
 	*width = widest;
 }
 
+/* A place that fills a whole neighbourhood has no geometry, and the search tree, which cannot part equal points, compares each
+ * of them with all the others. */
+static gnp_status check_crowding(const struct gnp_cloud *cloud, size_t need, struct gnp_error *error)
+{
+	size_t places = 0;
+	uint32_t *which = gnp_array_new(cloud->count, sizeof *which), *first = gnp_array_new(cloud->count, sizeof *first);
+	uint32_t *copies = gnp_array_zero(cloud->count, sizeof *copies);
+	gnp_status status = which && first && copies
+	                        ? gnp_distinct_find(cloud->points, cloud->count, NULL, which, first, &places, error)
+	                        : gnp_error_set(error, GNP_OUT_OF_MEMORY, "points: no memory to compare %zu", cloud->count);
+	size_t crowded = 0;
+	for (size_t i = 0; i < cloud->count && status == GNP_OK; i++)
+		if (++copies[which[i]] > copies[which[crowded]])
+			crowded = i;
+	if (status == GNP_OK && copies[which[crowded]] >= need) {
+		const double *p = cloud->points + 3 * crowded;
+		status = gnp_error_set(error, GNP_DEGENERATE, "points: %u coincide at (%g, %g, %g), need fewer than the %zu of a "
+		                       "neighbourhood: remove duplicates", copies[which[crowded]], p[0], p[1], p[2], need);
+	}
+	free(which);
+	free(first);
+	free(copies);
+	return status;
+}
+
 gnp_status gnp_cloud_check(const struct gnp_cloud *cloud, size_t need, struct gnp_error *error)
 {
 	if (cloud->count < need)
@@ -80,5 +109,5 @@ gnp_status gnp_cloud_check(const struct gnp_cloud *cloud, size_t need, struct gn
 	if (width <= 1e-9 * length)
 		return gnp_error_set(error, GNP_DEGENERATE, "points: all %zu points lie within %.3g of one line of length %.3g",
 		                     cloud->count, width, length);
-	return GNP_OK;
+	return check_crowding(cloud, need, error);
 }

@@ -32,7 +32,14 @@ static gnp_status make_room(struct gnp_buffer *buffer, size_t max_size, bool *fu
 	return gnp_buffer_reserve(buffer, more, error);
 }
 
-static gnp_status inflate_all(z_stream *stream, const unsigned char *body, size_t size, size_t max_size,
+/* A gzip body may be several members one after another, as parallel compressors and `cat` make them. */
+static bool begin_member(z_stream *stream, int window, size_t left)
+{
+	return window == WINDOW_GZIP && left >= 2 && stream->next_in[0] == 0x1f && stream->next_in[1] == 0x8b &&
+	       inflateReset(stream) == Z_OK;
+}
+
+static gnp_status inflate_all(z_stream *stream, int window, const unsigned char *body, size_t size, size_t max_size,
                               struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	int result = Z_OK;
@@ -62,6 +69,8 @@ static gnp_status inflate_all(z_stream *stream, const unsigned char *body, size_
 		if (result != Z_OK && result != Z_STREAM_END && result != Z_BUF_ERROR)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "body: corrupt compressed data (%s)",
 			                     stream->msg ? stream->msg : "no preset dictionary is known");
+		if (result == Z_STREAM_END && begin_member(stream, window, (size_t)(body + size - stream->next_in)))
+			result = Z_OK;
 	}
 	size_t left = (size_t)(body + size - stream->next_in);
 	if (left)
@@ -83,7 +92,7 @@ gnp_status gnp_content_decode(const char *encoding, const unsigned char *body, s
 	if (inflateInit2(&stream, window) != Z_OK)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "body: no memory to decompress it");
 	struct gnp_buffer made = {0};
-	gnp_status status = inflate_all(&stream, body, size, max_size, &made, error);
+	gnp_status status = inflate_all(&stream, window, body, size, max_size, &made, error);
 	inflateEnd(&stream);
 	if (status == GNP_OK)
 		*out = made;

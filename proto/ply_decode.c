@@ -341,14 +341,33 @@ done:
 	return status;
 }
 
+/* More rows after the last element than it was said to have: a count that lies low would drop points silently. Less than
+ * a row of a binary body is let pass: some writers end it with a line break. */
+static gnp_status check_rest(struct ply *ply, const struct element *last)
+{
+	size_t least = least_row(ply, last);
+	if (ply->encoding == ENCODING_ASCII) {
+		while (ply->p < ply->end && *ply->p <= ' ')
+			ply->p++;
+		least = 1;
+	}
+	size_t left = (size_t)(ply->end - ply->p);
+	if (least && left >= least)
+		return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT, "ply: %zu bytes after the last of the %zu rows of element %.*s",
+		                     left, last->count, (int)(last->name_length < 40 ? last->name_length : 40), last->name);
+	return GNP_OK;
+}
+
 static gnp_status read_body(struct ply *ply, const struct gnp_decode *decode, struct gnp_tensors *tensors)
 {
 	for (size_t i = 0; i < ply->element_count; i++) {
 		const struct element *element = &ply->elements[i];
 		bool vertex = element->name_length == 6 && memcmp(element->name, "vertex", 6) == 0;
 		gnp_status status = check_count(ply, element);
-		if (status == GNP_OK && vertex)
-			return read_vertices(ply, element, decode, tensors);
+		if (status == GNP_OK && vertex) {
+			status = read_vertices(ply, element, decode, tensors);
+			return status == GNP_OK && i + 1 == ply->element_count ? check_rest(ply, element) : status;
+		}
 		if (status == GNP_OK)
 			status = read_rows(ply, element, NULL);
 		if (status != GNP_OK)

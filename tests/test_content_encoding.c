@@ -50,6 +50,30 @@ static void every_encoding_decodes(void)
 	}
 }
 
+/* One zlib stream after another is no format; gzip members are. */
+static void members_of_gzip_are_joined(void)
+{
+	unsigned char body[256];
+	struct gnp_buffer out = {0};
+	struct gnp_error error = {0};
+	size_t size = compress_with(GZIP, "one,", 4, body, sizeof body), first = size;
+	size_t empty = compress_with(GZIP, "", 0, body + size, sizeof body - size);
+	size += empty;
+	size += compress_with(GZIP, "two", 3, body + size, sizeof body - size);
+	CHECK(decode("gzip", body, size, 7, &out, NULL) == GNP_OK && out.size == 7 && memcmp(out.data, "one,two", 7) == 0);
+	gnp_buffer_clear(&out);
+	CHECK(decode("gzip", body, size, 6, &out, NULL) == GNP_TOO_LARGE);
+	for (size_t s = first + 1; s < size; s++) {
+		if (s != first + empty)
+			CHECK(decode("gzip", body, s, 7, &out, NULL) == GNP_INVALID_ARGUMENT);
+	}
+	size = compress_with(ZLIB, "one", 3, body, sizeof body);
+	size += compress_with(ZLIB, "two", 3, body + size, sizeof body - size);
+	CHECK(decode("deflate", body, size, 100, &out, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "after the end of the compressed data");
+	CHECK(!out.data);
+}
+
 static void a_bomb_stops_at_the_limit(void)
 {
 	enum { PLAIN = 64 << 20, LIMIT = 1 << 20 };
@@ -107,7 +131,7 @@ static void other_encodings_are_not_supported(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(every_encoding_decodes), TEST(a_bomb_stops_at_the_limit),
+	static const struct test tests[] = {TEST(every_encoding_decodes), TEST(members_of_gzip_are_joined), TEST(a_bomb_stops_at_the_limit),
 	                                    TEST(damaged_bodies_are_refused), TEST(an_empty_body_of_nothing_decodes),
 	                                    TEST(other_encodings_are_not_supported)};
 	return RUN_TESTS(tests);

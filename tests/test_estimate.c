@@ -339,7 +339,31 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	for (size_t i = 0; i < 500; i++) /* 8 places, each more than k times */
 		for (int c = 0; c < 3; c++)
 			sample.points[3 * i + c] = i >> c & 1;
-	refuse(&cloud, &good, GNP_DEGENERATE, "coincide");
+	refuse(&cloud, &good, GNP_DEGENERATE, "points: 63 coincide at (0, 0, 0), need fewer than the 30 of a neighbourhood");
+	gnp_sample_clear(&sample);
+}
+
+/* The search tree cannot part equal points: a place that held most of a cloud took time quadratic in its points. */
+static void a_crowded_place_is_refused_at_once(void)
+{
+	enum { SHAPE = 1000, COPIES = 200000 };
+	struct gnp_sample sample = sample_of("sphere", 0, 0, SHAPE);
+	double *points = malloc((SHAPE + COPIES) * 3 * sizeof *points);
+	memcpy(points, sample.points, SHAPE * 3 * sizeof *points);
+	for (size_t i = SHAPE; i < SHAPE + COPIES; i++)
+		memcpy(points + 3 * i, sample.points + 3 * 7, 3 * sizeof *points);
+	struct gnp_cloud cloud = {.count = SHAPE + COPIES, .points = points};
+	struct gnp_estimate_options options = options_all(30, GNP_QUANTITY_ALL);
+	double started = gnp_clock();
+	refuse(&cloud, &options, GNP_DEGENERATE, "points: 200001 coincide at");
+	CHECK(gnp_clock() - started < 2);
+	cloud.count = SHAPE + options.k - 2; /* a neighbourhood still reaches another place */
+	struct gnp_estimate estimate = {0};
+	CHECK(gnp_estimate_run(&cloud, &options, pool, NULL, &estimate, NULL) == GNP_OK);
+	gnp_estimate_clear(&estimate);
+	cloud.count++;
+	refuse(&cloud, &options, GNP_DEGENERATE, "points: 30 coincide at");
+	free(points);
 	gnp_sample_clear(&sample);
 }
 
@@ -409,6 +433,7 @@ int main(int argc, char **argv)
 	                                    TEST(bad_options_and_clouds_are_refused_by_name),
 	                                    TEST(chosen_points_get_what_they_get_among_all),
 	                                    TEST(chosen_points_must_be_of_the_cloud),
+	                                    TEST(a_crowded_place_is_refused_at_once),
 	                                    TEST(a_cancelled_task_stops_with_its_reason)};
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;

@@ -116,9 +116,15 @@ static void counts_are_not_believed(void)
 	check_refused(HEAD "element x 9999999999\nelement vertex 3\n" XYZ "end_header\n10 20 30 40 50 60 70 80 ", "row 2 of 3 is cut short");
 	check_refused(HEAD "element f 1\nproperty list int int i\nelement vertex 1\n" XYZ "end_header\n-1 1 2 3", "element f: row 0 of 1");
 	check_refused(HEAD "element f 1\nproperty list int int i\nelement vertex 1\n" XYZ "end_header\n999999999 1 2 3 4 5 6", "element f");
+	check_refused(HEAD "element vertex 1\n" XYZ "end_header\n1 2 3\n4 5 6\n", "6 bytes after the last of the 1 rows of element vertex");
+	check_refused("ply\nformat binary_little_endian 1.0\nelement vertex 1\n" XYZ "end_header\n123412341234123412341234",
+	              "12 bytes after the last of the 1 rows of element vertex");
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
-	const char *text = HEAD "element vertex 2\n" XYZ "end_header\n1 2 3\n4 5 6\n";
+	const char *broken = "ply\nformat binary_little_endian 1.0\nelement vertex 1\n" XYZ "end_header\n123412341234\r\n";
+	CHECK(decode_bytes(broken, strlen(broken), false, 0, &tensors, NULL) == GNP_OK && tensors.count == 1);
+	gnp_tensors_clear(&tensors);
+	const char *text = HEAD "element vertex 2\n" XYZ "end_header\n1 2 3\n4 5 6\n \r\n";
 	CHECK(decode_bytes(text, strlen(text), false, 1, &tensors, &error) == GNP_TOO_LARGE);
 	CHECK_STRING(error.text, "points: got 2, need at most 1");
 }

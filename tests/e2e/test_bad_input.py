@@ -3,6 +3,7 @@ import gzip
 import json
 import math
 import struct
+import time
 
 import harness
 from harness import expect_error, floats
@@ -49,6 +50,10 @@ def test_degenerate_clouds(server):
     expect_error(infer(server, line), 422, "degenerate_geometry", "line")
     doubled = floats(list(CLOUD) * 20)
     assert infer(server, doubled).status in (200, 422)
+    started = time.monotonic()
+    crowded = floats(list(CLOUD) + list(CLOUD[:3]) * 50000)
+    expect_error(infer(server, crowded), 422, "degenerate_geometry", "points: 50001 coincide at (")
+    assert time.monotonic() - started < 5 * harness.SLOW, "a crowded place takes quadratic time"
 
 
 def test_far_outlier(server):
@@ -89,7 +94,7 @@ def test_bad_k(server):
 
 
 def test_ply_that_lies(server):
-    for count in (601, 10**9, 2**32, 2**63, 10**30, -1):
+    for count in (300, 599, 601, 10**9, 2**32, 2**63, 10**30, -1):
         expect_error(server.post("/v1/estimate", harness.ply(CLOUD, count)), 400, "invalid_argument")
     for broken in (b"ply\n", b"ply\nformat binary_little_endian 1.0\n", b"ply\nend_header\n",
                    harness.ply(CLOUD)[:-1], harness.ply(CLOUD).replace(b"float y", b"float x"),
