@@ -20,9 +20,9 @@ struct sampling {
 	struct gnp_sample sample;
 };
 
-static void random_for(const struct sampling *s, int purpose, uint64_t item, struct gnp_random *random)
+static void random_for(const struct gnp_sample_options *options, int purpose, uint64_t item, struct gnp_random *random)
 {
-	gnp_random_seed(random, s->options->seed, (uint64_t)purpose << 56 | item);
+	gnp_random_seed(random, options->seed, (uint64_t)purpose << 56 | item);
 }
 
 /* ---- Options ---- */
@@ -88,7 +88,7 @@ void gnp_sample_clear(struct gnp_sample *sample)
 static void candidate_draw(const struct sampling *s, size_t i, double parameters[3])
 {
 	struct gnp_random random;
-	random_for(s, STREAM_CANDIDATE, i, &random);
+	random_for(s->options, STREAM_CANDIDATE, i, &random);
 	double t = ((double)i + gnp_random_uniform(&random)) / (double)s->candidates;
 	double a = gnp_random_uniform(&random), b = gnp_random_uniform(&random);
 	gnp_shape_mesh_pick(&s->shape->mesh, t, a, b, parameters);
@@ -126,12 +126,11 @@ static void sample_store(struct gnp_sample *sample, size_t i, const struct gnp_g
 	sample->gaussian_curvature[i] = geometry->gaussian;
 }
 
-static void sample_displace(struct sampling *s, size_t i)
+static void sample_displace(const struct gnp_sample_options *options, struct gnp_sample *sample, size_t i)
 {
-	const struct gnp_sample *sample = &s->sample;
-	double deviation = sample->outlier[i] ? s->options->outlier_noise : s->options->noise;
+	double deviation = sample->outlier[i] ? options->outlier_noise : options->noise;
 	struct gnp_random random;
-	random_for(s, STREAM_NOISE, i, &random);
+	random_for(options, STREAM_NOISE, i, &random);
 	for (size_t c = 0; c < 3; c++)
 		sample->points[3 * i + c] = sample->exact[3 * i + c] + deviation * gnp_random_normal(&random);
 }
@@ -151,25 +150,25 @@ static gnp_status samples_evaluate(void *context, size_t begin, size_t end, stru
 		s->shape->family->evaluate(s->shape, some, parameters, geometry);
 		for (size_t i = 0; i < some; i++) {
 			sample_store(&s->sample, first + i, &geometry[i]);
-			sample_displace(s, first + i);
+			sample_displace(s->options, &s->sample, first + i);
 		}
 	}
 	return GNP_OK;
 }
 
-/* Marks the nearest whole number to fraction * count, by the first steps of a shuffle. */
-static void outliers_choose(struct sampling *s)
+/* Marks the nearest whole number to fraction * count, by the first steps of a shuffle. order: (count), overwritten. */
+static void outliers_choose(const struct gnp_sample_options *options, uint32_t *order, unsigned char *outlier)
 {
-	size_t count = s->options->count, wanted = (size_t)(s->options->outlier_fraction * (double)count + 0.5);
+	size_t count = options->count, wanted = (size_t)(options->outlier_fraction * (double)count + 0.5);
 	struct gnp_random random;
-	random_for(s, STREAM_OUTLIER, 0, &random);
+	random_for(options, STREAM_OUTLIER, 0, &random);
 	for (size_t i = 0; i < count; i++)
-		s->order[i] = (uint32_t)i;
+		order[i] = (uint32_t)i;
 	for (size_t i = 0; i < wanted; i++) {
 		size_t other = i + gnp_random_below(&random, count - i);
-		uint32_t chosen = s->order[other];
-		s->order[other] = s->order[i];
-		s->sample.outlier[chosen] = 1;
+		uint32_t chosen = order[other];
+		order[other] = order[i];
+		outlier[chosen] = 1;
 	}
 }
 
@@ -184,7 +183,7 @@ static gnp_status sampling_run(struct sampling *s, struct gnp_pool *pool, struct
 		status = gnp_eliminate(s->places, s->candidates, count, mesh->area[mesh->triangles], pool, task, s->kept, error);
 	if (status != GNP_OK)
 		return status;
-	outliers_choose(s);
+	outliers_choose(s->options, s->order, s->sample.outlier);
 	return gnp_pool_run(pool, task, count, 16 * BATCH, samples_evaluate, s, error);
 }
 
@@ -212,4 +211,23 @@ gnp_status gnp_sample_create(const struct gnp_shape *shape, const struct gnp_sam
 	else
 		gnp_sample_clear(&s.sample);
 	return status;
+}
+
+gnp_status gnp_sample_displace(const struct gnp_sample_options *options, struct gnp_sample *sample, struct gnp_error *error)
+{
+	gnp_status status = check_options(options, error);
+	if (status != GNP_OK)
+		return status;
+	if (options->count != sample->count)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, the sample has %zu", options->count,
+		                     sample->count);
+	uint32_t *order = gnp_array_new(sample->count, sizeof *order);
+	if (!order)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "sample: no memory for %zu points", sample->count);
+	memset(sample->outlier, 0, sample->count);
+	outliers_choose(options, order, sample->outlier);
+	free(order);
+	for (size_t i = 0; i < sample->count; i++)
+		sample_displace(options, sample, i);
+	return GNP_OK;
 }

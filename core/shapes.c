@@ -63,6 +63,11 @@ gnp_status gnp_shape_create(const char *name, uint64_t seed, unsigned degree, st
 	return GNP_OK;
 }
 
+double gnp_shape_area(const struct gnp_shape *shape)
+{
+	return shape->mesh.area[shape->mesh.triangles];
+}
+
 void gnp_shape_free(struct gnp_shape *shape)
 {
 	if (!shape)

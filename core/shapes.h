@@ -25,6 +25,9 @@ gnp_status gnp_shape_create(const char *name, uint64_t seed, unsigned degree, st
                             struct gnp_error *error);
 void gnp_shape_free(struct gnp_shape *shape);
 
+/* Area of the fine triangulation that samples are drawn from: the surface's to about a hundredth. */
+double gnp_shape_area(const struct gnp_shape *shape);
+
 /* The i-th known name, or NULL past the last. */
 const char *gnp_shape_name(size_t i);
 
@@ -55,5 +58,9 @@ gnp_status gnp_sample_create(const struct gnp_shape *shape, const struct gnp_sam
                              struct gnp_pool *pool, struct gnp_task *task, struct gnp_sample *out,
                              struct gnp_error *error);
 void gnp_sample_clear(struct gnp_sample *sample);
+
+/* Displaces the points of a sample anew: with the seed and count it was made with, `points` and `outlier` become those
+ * that gnp_sample_create gives for these options, at a hundredth of its cost. On failure the sample is unchanged. */
+gnp_status gnp_sample_displace(const struct gnp_sample_options *options, struct gnp_sample *sample, struct gnp_error *error);
 
 #endif

@@ -543,6 +543,39 @@ static bool same_sample(const struct gnp_sample *a, const struct gnp_sample *b)
 	       !memcmp(a->second_form, b->second_form, 9 * row) && !memcmp(a->outlier, b->outlier, a->count);
 }
 
+static void displacing_anew_is_sampling_anew(void)
+{
+	struct gnp_sample_options options = {.count = COUNT, .seed = 8, .noise = 0.02};
+	struct gnp_shape *shape = shape_new("bumpy_torus", 0, 0);
+	struct gnp_sample sample = sample_of(shape, &options);
+	options.noise = 0.001;
+	options.outlier_fraction = 0.2;
+	options.outlier_noise = 0.05;
+	struct gnp_sample want = sample_of(shape, &options);
+	CHECK(gnp_sample_displace(&options, &sample, NULL) == GNP_OK);
+	CHECK(memcmp(sample.points, want.points, 3 * COUNT * sizeof(double)) == 0);
+	CHECK(memcmp(sample.outlier, want.outlier, COUNT) == 0);
+	options = (struct gnp_sample_options){.count = COUNT, .seed = 8};
+	CHECK(gnp_sample_displace(&options, &sample, NULL) == GNP_OK);
+	CHECK(memcmp(sample.points, sample.exact, 3 * COUNT * sizeof(double)) == 0);
+	struct gnp_error error = {0};
+	options.count--;
+	CHECK(gnp_sample_displace(&options, &sample, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "count: got 1999, the sample has 2000");
+	gnp_sample_clear(&sample);
+	gnp_sample_clear(&want);
+	gnp_shape_free(shape);
+}
+
+static void area_is_that_of_the_surface(void)
+{
+	struct gnp_shape *sphere = shape_new("sphere", 0, 0), *torus = shape_new("torus", 0, 0);
+	CHECK_NEAR(gnp_shape_area(sphere) / (4 * M_PI), 1, 5e-3);
+	CHECK_NEAR(gnp_shape_area(torus) / (4 * M_PI * M_PI * 2 / 9), 1, 5e-3);
+	gnp_shape_free(sphere);
+	gnp_shape_free(torus);
+}
+
 static void workers_do_not_change_a_byte(void)
 {
 	static const char *const names[] = {"radial", "toroidal", "genus3"};
@@ -703,6 +736,8 @@ int main(int argc, char **argv)
 		TEST(spacing_is_even_on_every_shape),
 		TEST(count_is_exact),
 		TEST(noise_and_outliers_are_as_asked),
+		TEST(displacing_anew_is_sampling_anew),
+		TEST(area_is_that_of_the_surface),
 		TEST(workers_do_not_change_a_byte),
 		TEST(unknown_shapes_are_named),
 		TEST(bad_options_are_refused),
