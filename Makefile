@@ -37,7 +37,7 @@ LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))
 OPT      ?= -O3
 WARN     := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes
 SANFLAGS := $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
-COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -Icore -Iproto -Iserver -Iclients -Itests $(OPT) -g $(WARN) -fno-math-errno \
+COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -Icore -Iproto -Iserver -Iclients -Iweights -Itests $(OPT) -g $(WARN) -fno-math-errno \
             -fno-trapping-math -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
 LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
@@ -45,10 +45,11 @@ CORE   := $(wildcard core/*.c)
 PROTO  := $(wildcard proto/*.c)
 SERVER := $(filter-out server/gnpd.c,$(wildcard server/*.c))
 CLIENT := $(filter-out clients/gnp.c,$(wildcard clients/*.c))
+WEIGHTS := $(filter-out weights/gnp-%.c,$(wildcard weights/*.c))
 UNIT   := $(wildcard tests/test_*.c)
 object  = $(patsubst %.c,$(OUT)/%.o,$(1))
 
-PROGRAMS := $(OUT)/gnpd $(OUT)/gnp
+PROGRAMS := $(OUT)/gnpd $(OUT)/gnp $(OUT)/gnp-validate
 TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 
 .DEFAULT_GOAL := all
@@ -56,7 +57,7 @@ TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 .DELETE_ON_ERROR:
 .PHONY: all demo test unit check bench validate scans openapi install deps clean help libraries
 
-all: $(PROGRAMS) ## build gnpd (the daemon) and gnp (the command line)
+all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line) and gnp-validate (the judge)
 
 # Names the Debian package that brings what is missing before the compiler stumbles over it.
 $(OUT)/.libraries: deploy/install-deps.sh
@@ -75,17 +76,22 @@ $(OUT)/libgnpserver.a: $(call object,$(SERVER))
 	rm -f $@ && $(AR) rcs $@ $^
 $(OUT)/libgnpclient.a: $(call object,$(CLIENT))
 	rm -f $@ && $(AR) rcs $@ $^
+$(OUT)/libgnpweights.a: $(call object,$(WEIGHTS))
+	rm -f $@ && $(AR) rcs $@ $^
 
 LIB_CORE   := $(OUT)/libgnp.a
 LIB_PROTO  := $(OUT)/libgnpproto.a $(LIB_CORE)
 LIB_SERVER := $(OUT)/libgnpserver.a $(LIB_PROTO)
 LIB_CLIENT := $(OUT)/libgnpclient.a $(LIB_PROTO)
+LIB_WEIGHTS := $(OUT)/libgnpweights.a $(LIB_CLIENT)
 
 $(OUT)/gnpd: $(OUT)/server/gnpd.o $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
+$(OUT)/gnp-validate: $(OUT)/weights/gnp-validate.o $(LIB_WEIGHTS)
+	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
 unit: $(TESTS) ## build and run the unit tests
@@ -102,6 +108,9 @@ openapi: $(OUT)/tests/write_openapi ## write proto/openapi.yaml from the operati
 
 bench: $(OUT)/tests/bench ## time the core and write bench.json in the build folder
 	$(OUT)/tests/bench $(OUT)/bench.json
+
+validate: $(OUT)/gnp-validate ## judge the estimators by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
+	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
 
 demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
 	+@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh
@@ -125,5 +134,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c tests/*.c))
+-include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c))
 endif

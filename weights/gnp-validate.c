@@ -1,0 +1,195 @@
+/* gnp-validate: judges every estimator by the paper's Table 1 and prints it beside what the paper printed. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "command.h"
+#include "file_io.h"
+#include "linalg.h"
+#include "options.h"
+#include "session.h"
+#include "validation.h"
+
+static const struct gnp_option options[] = {
+	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
+	{"quick", 0, NULL, "8 shapes a family, 500 centres each"},
+	{"table", 0, "N", "which of the paper's tables: 1"},
+	{"estimators", 0, "LIST", "some of the estimators, with commas between"},
+	{"families", 0, "LIST", "some of radial, toroidal"},
+	{"regimes", 0, "LIST", "some of clean-30, clean-50, outlier-50, noise-70"},
+	{"shapes", 0, "N", "shapes a family"},
+	{"centres", 0, "N", "centres a cloud"},
+	{"points", 0, "N", "points a cloud (100000)"},
+	{"workers", 0, "N", "threads (as many as there are cores)"},
+	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
+	{"markdown", 0, "FILE", "write the table as Markdown"},
+	{"help", 0, NULL, "this text"},
+};
+enum { OPTIONS = sizeof options / sizeof options[0] };
+
+/* The i-th word an option's list may hold; NULL past the last. */
+typedef const char *(*name_fn)(unsigned i);
+
+static const char *family_name(unsigned i)
+{
+	return gnp_family_name((enum gnp_family)i);
+}
+
+static const char *regime_name(unsigned i)
+{
+	const struct gnp_regime_info *info = gnp_regime_info((enum gnp_regime)i);
+	return info ? info->name : NULL;
+}
+
+static const char *estimator_name(unsigned i)
+{
+	const struct gnp_estimator *estimator = gnp_estimator_at((enum gnp_estimator_kind)i);
+	return estimator ? estimator->name : NULL;
+}
+
+static gnp_status unknown_word(const char *option, const char *word, size_t length, name_fn name, struct gnp_error *error)
+{
+	char known[160] = "";
+	for (unsigned i = 0; name(i); i++) {
+		size_t used = strlen(known);
+		snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", name(i));
+	}
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%.*s', need some of %s", option, (int)length, word, known);
+}
+
+/* Sets *mask to the words of a list; leaves it when the option was not given. */
+static gnp_status parse_list(const struct gnp_arguments *arguments, const char *option, name_fn name, unsigned *mask,
+                             struct gnp_error *error)
+{
+	const char *word = gnp_arguments_get(arguments, option, NULL);
+	unsigned chosen = 0;
+	while (word) {
+		size_t length = strcspn(word, ",");
+		unsigned i = 0;
+		while (name(i) && !(strlen(name(i)) == length && memcmp(name(i), word, length) == 0))
+			i++;
+		if (!name(i))
+			return unknown_word(option, word, length, name, error);
+		chosen |= 1u << i;
+		word = word[length] ? word + length + 1 : NULL;
+	}
+	*mask = chosen ? chosen : *mask;
+	return GNP_OK;
+}
+
+struct plan {
+	struct gnp_protocol protocol;
+	struct gnp_selection selection;
+	uint64_t workers;
+};
+
+static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	uint64_t table = 1, shapes = plan->protocol.shapes, centres = plan->protocol.centres, points = plan->protocol.points;
+	const struct {
+		const char *name;
+		uint64_t least, most, *value;
+	} sizes[] = {{"table", 1, 1, &table},
+	             {"shapes", 1, 10000, &shapes},
+	             {"centres", 1, 1000000, &centres},
+	             {"points", 1000, 10000000, &points},
+	             {"workers", 1, 1024, &plan->workers}};
+	for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+		gnp_status status = gnp_arguments_integer(arguments, sizes[i].name, sizes[i].least, sizes[i].most, sizes[i].value, error);
+		if (status != GNP_OK)
+			return status;
+	}
+	plan->protocol = (struct gnp_protocol){.points = points, .shapes = shapes, .centres = centres};
+	return GNP_OK;
+}
+
+static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	bool quick = gnp_arguments_has(arguments, "quick");
+	if (quick && gnp_arguments_has(arguments, "full"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--quick: given with --full, need one of them");
+	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(), 0};
+	gnp_status status = parse_sizes(arguments, plan, error);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "estimators", estimator_name, &plan->selection.estimators, error);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "families", family_name, &plan->selection.families, error);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "regimes", regime_name, &plan->selection.regimes, error);
+	return status;
+}
+
+static gnp_status run_plan(const struct plan *plan, struct gnp_table *table, struct gnp_error *error)
+{
+	struct gnp_session session;
+	gnp_status status = gnp_session_open(&session, (unsigned)plan->workers, error);
+	if (status != GNP_OK)
+		return status;
+	atomic_store(&session.progress.phase, "validate");
+	status = gnp_validation_run(table, session.pool, &session.task, error);
+	gnp_session_close(&session);
+	return status;
+}
+
+/* Writes the table to the file an option names, if it was given. */
+static gnp_status save(const struct gnp_arguments *arguments, const char *option,
+                       void (*write)(const struct gnp_table *table, FILE *out), const struct gnp_table *table,
+                       struct gnp_error *error)
+{
+	const char *path = gnp_arguments_get(arguments, option, NULL);
+	char *data = NULL;
+	size_t size = 0;
+	if (!path)
+		return GNP_OK;
+	FILE *out = open_memstream(&data, &size);
+	if (out)
+		write(table, out);
+	bool whole = out && !ferror(out);
+	if (out)
+		whole = fclose(out) == 0 && whole;
+	gnp_status status = whole ? gnp_file_write(path, data, size, error)
+	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for the table", path);
+	free(data);
+	return status;
+}
+
+static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct plan plan;
+	struct gnp_table table;
+	if (parse_plan(arguments, &plan, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = gnp_table_create(&plan.protocol, &plan.selection, &table, error);
+	if (status != GNP_OK)
+		return gnp_exit_of(status, false);
+	status = run_plan(&plan, &table, error);
+	if (status == GNP_OK)
+		gnp_table_write_text(&table, stdout);
+	if (status == GNP_OK)
+		status = save(arguments, "json", gnp_table_write_json, &table, error);
+	if (status == GNP_OK)
+		status = save(arguments, "markdown", gnp_table_write_markdown, &table, error);
+	gnp_table_clear(&table);
+	if (status == GNP_OK && fflush(stdout) != 0)
+		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");
+	return gnp_exit_of(status, false);
+}
+
+int main(int argc, char **argv)
+{
+	struct gnp_arguments arguments;
+	struct gnp_error error = {0};
+	enum gnp_exit code = GNP_EXIT_USAGE;
+	if (gnp_arguments_parse(argc - 1, argv + 1, options, OPTIONS, 0, &arguments, &error) == GNP_OK) {
+		if (gnp_arguments_has(&arguments, "help")) {
+			puts("gnp-validate: judges the estimators by the paper's Table 1\n\nOptions:");
+			gnp_options_print(options, OPTIONS, stdout);
+			return GNP_EXIT_OK;
+		}
+		gnp_linalg_init();
+		code = validate(&arguments, &error);
+	}
+	if (code != GNP_EXIT_OK)
+		fprintf(stderr, "gnp-validate: %s\n", error.text[0] ? error.text : gnp_status_text(error.status));
+	return code;
+}
