@@ -106,8 +106,9 @@ check: ## the rules of the house that a compiler does not know
 openapi: $(OUT)/tests/write_openapi ## write proto/openapi.yaml from the operation table
 	$< > proto/openapi.yaml
 
-bench: $(OUT)/tests/bench ## time the core and write bench.json in the build folder
+bench: all $(OUT)/tests/bench ## time the core and HTTP; writes bench.json and bench_http.json in the build folder
 	$(OUT)/tests/bench $(OUT)/bench.json
+	GNPD=$(OUT)/gnpd tests/bench_http $(OUT)/bench_http.json
 
 validate: $(OUT)/gnp-validate ## judge the estimators by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
 	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json

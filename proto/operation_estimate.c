@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "estimate.h"
 #include "memory.h"
@@ -53,7 +54,7 @@ static size_t saturating_add(size_t a, size_t b)
 	return a > SIZE_MAX - b ? SIZE_MAX : a + b;
 }
 
-/* On top of the core's: the double copies of points and normals, and single-precision outputs made from the core's. */
+/* On top of the core's: the double copies of points and normals, and the encoded answer. */
 static size_t memory(size_t points, const void *options)
 {
 	const struct gnp_estimate_options *o = options;
@@ -69,32 +70,69 @@ static size_t memory(size_t points, const void *options)
 	return saturating_add(bytes, gnp_estimate_memory(points, o));
 }
 
-/* Hands the values over as they are (FP64) or rounds them (FP32); either way they are no longer the estimate's. */
+/* Rounds to single precision within the same memory, front to back: a second array would cost more than the rounding. */
+static void round_in_place(double *values, size_t count)
+{
+	enum { BLOCK = 512 };
+	for (size_t first = 0; first < count; first += BLOCK) {
+		float block[BLOCK];
+		size_t some = count - first < BLOCK ? count - first : BLOCK;
+		for (size_t i = 0; i < some; i++)
+			block[i] = (float)values[first + i];
+		memcpy((char *)values + first * sizeof *block, block, some * sizeof *block);
+	}
+}
+
+static size_t quantity_width(const struct gnp_estimate *estimate, int q)
+{
+	size_t width = gnp_quantity_info(q)->width;
+	return width ? width : estimate->basis_size;
+}
+
+/* What no longer needs its second half gives it back. */
+static gnp_status round_quantities(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                   struct gnp_error *error)
+{
+	struct gnp_estimate *estimate = context;
+	(void)scratch, (void)error;
+	for (size_t q = begin; q < end; q++) {
+		size_t count = estimate->count * quantity_width(estimate, (int)q);
+		if (!estimate->values[q])
+			continue;
+		round_in_place(estimate->values[q], count);
+		void *smaller = realloc(estimate->values[q], count * sizeof(float));
+		if (smaller)
+			estimate->values[q] = smaller;
+	}
+	return GNP_OK;
+}
+
+/* Hands the values over; they are no longer the estimate's. */
 static gnp_status add_output(struct gnp_estimate *estimate, enum gnp_quantity q, enum gnp_datatype datatype,
                              struct gnp_response *response, struct gnp_error *error)
 {
 	const struct gnp_quantity_info *info = gnp_quantity_info(q);
-	size_t width = info->width ? info->width : estimate->basis_size, shape[4] = {estimate->count};
+	size_t shape[4] = {estimate->count};
 	for (unsigned d = 0; d < info->rank; d++)
-		shape[d + 1] = info->shape[d] ? info->shape[d] : width;
-	double *values = estimate->values[q];
-	gnp_status status;
-	if (datatype == GNP_FP64) {
-		status = gnp_tensors_add_data(&response->outputs, info->name, datatype, info->rank + 1, shape, values, true, NULL, error);
-		if (status == GNP_OK)
-			estimate->values[q] = NULL;
-		return status;
+		shape[d + 1] = info->shape[d] ? info->shape[d] : quantity_width(estimate, q);
+	gnp_status status = gnp_tensors_add_data(&response->outputs, info->name, datatype, info->rank + 1, shape,
+	                                         estimate->values[q], true, NULL, error);
+	if (status == GNP_OK)
+		estimate->values[q] = NULL;
+	return status;
+}
+
+static gnp_status add_outputs(struct gnp_estimate *estimate, enum gnp_datatype datatype, struct gnp_pool *pool,
+                              struct gnp_response *response, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	if (datatype == GNP_FP32)
+		status = gnp_pool_run(pool, NULL, GNP_QUANTITY_COUNT, 1, round_quantities, estimate, error);
+	for (int q = 0; q < GNP_QUANTITY_COUNT && status == GNP_OK; q++) {
+		if (estimate->values[q])
+			status = add_output(estimate, q, datatype, response, error);
 	}
-	struct gnp_tensor *tensor;
-	status = gnp_tensors_add(&response->outputs, info->name, GNP_FP32, info->rank + 1, shape, &tensor, error);
-	if (status != GNP_OK)
-		return status;
-	float *target = tensor->data;
-	for (size_t i = 0; i < estimate->count * width; i++)
-		target[i] = (float)values[i];
-	free(values);
-	estimate->values[q] = NULL;
-	return GNP_OK;
+	return status;
 }
 
 static gnp_status add_warnings(const struct gnp_estimate *estimate, struct gnp_values *report, struct gnp_error *error)
@@ -171,10 +209,8 @@ static gnp_status run(const struct gnp_request *request, const void *options, st
 	struct gnp_cloud cloud = {points->shape[0], p, n};
 	status = gnp_estimate_run(&cloud, options, pool, task, &estimate, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
-	for (int q = 0; q < GNP_QUANTITY_COUNT && status == GNP_OK; q++) {
-		if (estimate.values[q])
-			status = add_output(&estimate, q, datatype, response, error);
-	}
+	if (status == GNP_OK)
+		status = add_outputs(&estimate, datatype, pool, response, error);
 	if (status == GNP_OK)
 		status = add_report(&estimate, options, task, &response->parameters, error);
 done:
