@@ -96,7 +96,7 @@ static gnp_status write_port_file(const char *path, unsigned port, struct gnp_er
 }
 
 /* True when a signal other than SIGHUP came within the time; seconds < 0: waits for one. */
-static bool wait_signal(const struct gnpd_server *server, double seconds)
+static bool wait_signal(struct gnpd_server *server, double seconds)
 {
 	double until = gnp_clock() + seconds;
 	struct timespec end = {(time_t)until, (long)((until - (double)(time_t)until) * 1e9)};
@@ -171,7 +171,8 @@ static gnp_status serve(struct gnpd_server *server, struct gnp_error *error)
 
 static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 {
-	struct gnpd_server server = {.config = config, .log = {(enum gnpd_log_format)config->log_format, STDERR_FILENO}};
+	struct gnpd_server server = {.config = config};
+	gnpd_log_init(&server.log, (enum gnpd_log_format)config->log_format, STDERR_FILENO);
 	keep_freed_memory();
 	catch_signals();
 	gnpd_metrics_init(&server.metrics);
@@ -194,6 +195,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	gnp_buffer_clear(&server.openapi);
 	if (status == GNP_OK)
 		gnpd_log_event(&server.log, "info", "stopped");
+	gnpd_log_fini(&server.log);
 	return status;
 }
 

@@ -337,6 +337,8 @@ static enum MHD_Result on_headers(struct gnpd_request *request, const char *meth
 	size_t discard = request->server->config->discard_bytes;
 	strncpy(request->method, method, sizeof request->method - 1);
 	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
+	/* The headers are in: the reaper, which quotes the id in what it answers, lets go of the request while that changes. */
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_HEADERS, NULL);
 	gnpd_request_set_id(request, walk.id);
 	if (gnpd_strict_finish(&walk.strict, version, &error) != GNP_OK) {
 		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);

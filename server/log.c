@@ -1,6 +1,8 @@
 #include "log.h"
 
+#include <poll.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <time.h>
 #include <unistd.h>
@@ -52,14 +54,59 @@ static void put_time(struct line *line)
 	put(line, "%s.%03ldZ", text, now.tv_nsec / 1000000);
 }
 
-static void flush(const struct gnpd_log *log, struct line *line)
+/* A pipe that polls as writable takes a line whole: LINE is less than PIPE_BUF. */
+static bool has_room(int fd)
+{
+	struct pollfd room = {.fd = fd, .events = POLLOUT};
+	return poll(&room, 1, 0) == 1 && (room.revents & POLLOUT);
+}
+
+/* Lock held. A line that cannot be written is lost: there is nowhere to report it to. */
+static void write_line(const struct gnpd_log *log, struct line *line)
 {
 	if (line->size > LINE - 2)
 		line->size = LINE - 2;
 	line->text[line->size++] = '\n';
-	/* A log nobody reads must not stop the server; there is nowhere to report its failure to. */
 	ssize_t ignored = write(log->fd, line->text, line->size);
 	(void)ignored;
+}
+
+static void event_line(const struct gnpd_log *log, const char *level, const char *text, struct line *line)
+{
+	if (log->format == GNPD_LOG_JSON) {
+		put(line, "{\"time\":\"");
+		put_time(line);
+		put(line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", level);
+		put_quoted(line, text);
+		put(line, "}");
+	} else {
+		put_time(line);
+		put(line, " %s: %s", level, text);
+	}
+}
+
+/* Lock held. */
+static void report_dropped(struct gnpd_log *log)
+{
+	char text[64];
+	struct line line = {.size = 0};
+	snprintf(text, sizeof text, "%zu log lines were dropped: nobody read them", log->dropped);
+	event_line(log, "warning", text, &line);
+	write_line(log, &line);
+	log->dropped = 0;
+}
+
+/* A log nobody reads must not stop the server, which writes it from the threads that serve sockets. */
+static void flush(struct gnpd_log *log, struct line *line)
+{
+	pthread_mutex_lock(&log->lock);
+	if (log->dropped && has_room(log->fd))
+		report_dropped(log);
+	if (has_room(log->fd))
+		write_line(log, line);
+	else
+		log->dropped++;
+	pthread_mutex_unlock(&log->lock);
 }
 
 static void access_json(struct line *line, const struct gnpd_access *access)
@@ -89,7 +136,18 @@ static void access_text(struct line *line, const struct gnpd_access *access)
 	put_quoted(line, access->id);
 }
 
-void gnpd_log_access(const struct gnpd_log *log, const struct gnpd_access *access)
+void gnpd_log_init(struct gnpd_log *log, enum gnpd_log_format format, int fd)
+{
+	*log = (struct gnpd_log){.format = format, .fd = fd};
+	pthread_mutex_init(&log->lock, NULL);
+}
+
+void gnpd_log_fini(struct gnpd_log *log)
+{
+	pthread_mutex_destroy(&log->lock);
+}
+
+void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access)
 {
 	struct line line = {.size = 0};
 	if (log->format == GNPD_LOG_JSON)
@@ -99,7 +157,7 @@ void gnpd_log_access(const struct gnpd_log *log, const struct gnpd_access *acces
 	flush(log, &line);
 }
 
-void gnpd_log_event(const struct gnpd_log *log, const char *level, const char *format, ...)
+void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format, ...)
 {
 	char text[512];
 	struct line line = {.size = 0};
@@ -107,15 +165,6 @@ void gnpd_log_event(const struct gnpd_log *log, const char *level, const char *f
 	va_start(arguments, format);
 	vsnprintf(text, sizeof text, format, arguments);
 	va_end(arguments);
-	if (log->format == GNPD_LOG_JSON) {
-		put(&line, "{\"time\":\"");
-		put_time(&line);
-		put(&line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", level);
-		put_quoted(&line, text);
-		put(&line, "}");
-	} else {
-		put_time(&line);
-		put(&line, " %s: %s", level, text);
-	}
+	event_line(log, level, text, &line);
 	flush(log, &line);
 }

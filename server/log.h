@@ -1,7 +1,10 @@
-/* Log lines on standard error: text or JSON, one write each, so that lines of several threads do not mix. */
+/* Log lines on standard error: text or JSON, one write each, so that lines of several threads do not mix. A line is written only
+ * where that does not wait: when a pipe is full because nobody reads it, lines are dropped, and the next that fits is
+ * preceded by one that says how many. */
 #ifndef GNPD_LOG_H
 #define GNPD_LOG_H
 
+#include <pthread.h>
 #include <stddef.h>
 
 #include "config.h"
@@ -9,7 +12,12 @@
 struct gnpd_log {
 	enum gnpd_log_format format;
 	int fd;
+	pthread_mutex_t lock; /* between asking for room and writing */
+	size_t dropped;       /* lines since the last that was written */
 };
+
+void gnpd_log_init(struct gnpd_log *log, enum gnpd_log_format format, int fd);
+void gnpd_log_fini(struct gnpd_log *log);
 
 /* What one request leaves in the log. */
 struct gnpd_access {
@@ -19,10 +27,10 @@ struct gnpd_access {
 	double seconds, waited; /* in all, and of these in the queue */
 };
 
-void gnpd_log_access(const struct gnpd_log *log, const struct gnpd_access *access);
+void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access);
 
 /* An event: level is "info", "warning" or "error". */
-void gnpd_log_event(const struct gnpd_log *log, const char *level, const char *format, ...)
+void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 #endif

@@ -25,9 +25,10 @@ SLOW = _slowdown()
 
 
 class Server:
-    """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2."""
+    """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
+    instead of the log's file."""
 
-    def __init__(self, **flags):
+    def __init__(self, log_to=None, **flags):
         self.folder = tempfile.mkdtemp(prefix="gnpd-e2e.")
         port_file = os.path.join(self.folder, "port")
         os.mkdir(os.path.join(self.folder, "weights"))
@@ -39,7 +40,7 @@ class Server:
         environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
                                                                               "tsan.supp"))
         with open(self.log_path, "wb") as log:
-            self.process = subprocess.Popen(command, stderr=log, stdout=log, env=environment, cwd=self.folder)
+            self.process = subprocess.Popen(command, stderr=log if log_to is None else log_to, stdout=log, env=environment, cwd=self.folder)
         until = time.monotonic() + 10 * SLOW
         while not os.path.exists(port_file):
             if self.process.poll() is not None or time.monotonic() > until:

@@ -1,4 +1,5 @@
 """Framing attacks, slow clients, overload, vanished clients, and the end of the daemon."""
+import os
 import selectors
 import signal
 import socket
@@ -329,6 +330,21 @@ def test_hangup_signal_is_survived(server):
     server.signal(signal.SIGHUP)
     harness.eventually(lambda: "SIGHUP" in server.log(), what="the log line")
     assert server.get("/v2/health/ready").status == 200
+
+
+def test_log_nobody_reads():
+    """The log was written in a way that waits: with its pipe full the daemon answered nobody and ignored SIGTERM."""
+    reading, writing = os.pipe()
+    with harness.Server(log_to=writing) as server:
+        os.close(writing)
+        with server.connect() as s:
+            for _ in range(1500):
+                assert server.get("/v2/health/live", connection=s).status == 200
+        full = os.read(reading, 1 << 20)
+        assert len(full) > 30000 and full.endswith(b"\n"), len(full)
+        assert server.get("/v2").status == 200
+        harness.eventually(lambda: b" log lines were dropped: nobody read them\n" in os.read(reading, 1 << 16))
+    os.close(reading)
 
 
 def test_configuration_from_the_command_line():
