@@ -1,7 +1,9 @@
 """What well-behaved clients see: routes, methods, formats, headers, keep-alive."""
 import gzip
 import json
+import os
 import subprocess
+import tempfile
 import zlib
 
 import harness
@@ -156,6 +158,15 @@ def test_file_formats_are_negotiated(server):
     expect_error(server.post("/v1/estimate", body, {"Accept": "image/png"}), 406, "not_acceptable", "image/png")
     expect_error(server.post("/v1/estimate?format=docx", body), 400, "invalid_argument", "format: got \"docx\", known: ply")
     expect_error(server.post("/v1/estimate", b"\x00\x01\x02 nothing known"), 415, "unsupported_media", "no known format")
+
+
+def test_open3d_reads_and_is_read(server):
+    """Passes unseen where Open3D is not installed."""
+    oracle = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "oracle_open3d.py")
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(["/usr/bin/python3", oracle, "http://127.0.0.1:%d" % server.port, folder],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    assert done.returncode in (0, 77), done.stdout.decode()[-2000:]
 
 
 def test_curl_round_trip(server):
