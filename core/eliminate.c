@@ -1,5 +1,6 @@
 #include "eliminate.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdlib.h>
@@ -22,25 +23,37 @@ struct elimination {
 	size_t rows[2];        /* along y, z */
 	size_t *row_start;     /* (rows[0] rows[1] + 1) */
 	struct entry *entries; /* (count) */
-	size_t *start;         /* (count + 1) rows of neighbour */
-	uint32_t *neighbor;    /* (start[count]) positions in entries */
-	float *weight;         /* (count) */
-	uint32_t *heap;        /* (alive) positions in entries, the largest weight first */
-	uint32_t *where;       /* (count) position in heap, GONE once eliminated */
-	size_t alive;
+	struct list *lists;    /* (count / LIST rounded up) */
+	float *weight;         /* (count) -INFINITY once eliminated */
+	size_t slabs;
+	struct slab *slab;     /* (slabs) */
+	float threshold;       /* of the sweep under way */
 };
 
-static const uint32_t GONE = UINT32_MAX;
+enum { LIST = 4096 };
+
+/* Neighbours of LIST consecutive entries. */
+struct list {
+	uint32_t start[LIST + 1];
+	uint32_t *neighbor; /* (start[LIST]) positions in entries */
+};
+
+/* Entries [begin, end) of a few neighbouring layers of rows. */
+struct slab {
+	size_t begin, end;
+	size_t heavy;  /* those that reach the threshold */
+	float largest; /* weight, of those left */
+};
 
 static void elimination_clear(struct elimination *e)
 {
 	free(e->row_start);
 	free(e->entries);
-	free(e->start);
-	free(e->neighbor);
+	for (size_t l = 0; e->lists && l * LIST < e->count; l++)
+		free(e->lists[l].neighbor);
+	free(e->lists);
 	free(e->weight);
-	free(e->heap);
-	free(e->where);
+	free(e->slab);
 }
 
 static gnp_status no_memory(const struct elimination *e, struct gnp_error *error)
@@ -138,8 +151,8 @@ static float distance(const float *a, const float *b)
 	return sqrtf(x * x + y * y + z * z);
 }
 
-/* Neighbours of entry i, written to list unless NULL; returns how many. */
-static size_t neighbors_find(const struct elimination *e, size_t i, uint32_t *list)
+/* Neighbours of entry i, at most `most` of them written; returns how many there are. */
+static size_t neighbors_find(const struct elimination *e, size_t i, uint32_t *neighbor, size_t most)
 {
 	const float *x = e->entries[i].x;
 	size_t y = row_of(e, x, 1), z = row_of(e, x, 2), found = 0;
@@ -149,8 +162,8 @@ static size_t neighbors_find(const struct elimination *e, size_t i, uint32_t *li
 			for (size_t j = row_lower(e, row, x[0] - e->reach); j < end && e->entries[j].x[0] <= x[0] + e->reach; j++) {
 				if (j == i || distance(x, e->entries[j].x) >= e->reach)
 					continue;
-				if (list)
-					list[found] = (uint32_t)j;
+				if (found < most)
+					neighbor[found] = (uint32_t)j;
 				found++;
 			}
 		}
@@ -160,120 +173,193 @@ static size_t neighbors_find(const struct elimination *e, size_t i, uint32_t *li
 /* (1 - d / 2 r_max)^8, symmetric in its points to the last bit. */
 static float pair_weight(const struct elimination *e, size_t i, size_t j)
 {
-	float d = fmaxf(distance(e->entries[i].x, e->entries[j].x), e->shortest);
-	float w = fmaxf(1 - d / e->reach, 0);
+	float d = distance(e->entries[i].x, e->entries[j].x);
+	float w = 1 - (d > e->shortest ? d : e->shortest) / e->reach;
+	w = w > 0 ? w : 0;
 	w *= w;
 	w *= w;
 	return w * w;
 }
 
-static gnp_status neighbors_count(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+/* Room for `more` further neighbours after `used`. */
+static bool list_reserve(struct list *list, size_t used, size_t more, size_t *capacity)
+{
+	if (used + more <= *capacity)
+		return true;
+	size_t larger = 2 * (used + more), bytes;
+	uint32_t *neighbor = NULL;
+	if (larger <= UINT32_MAX && gnp_size_multiply(larger, sizeof *neighbor, &bytes))
+		neighbor = realloc(list->neighbor, bytes);
+	if (!neighbor)
+		return false;
+	list->neighbor = neighbor;
+	*capacity = larger;
+	return true;
+}
+
+/* The neighbours of entries [begin, end) of one list, and their weights. */
+static gnp_status neighbors_list(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                 struct gnp_error *error)
+{
+	enum { USUAL = 32 };
+	struct elimination *e = context;
+	struct list *list = &e->lists[begin / LIST];
+	size_t used = 0, capacity = 0;
+	(void)scratch;
+	list->start[0] = 0;
+	for (size_t i = begin; i < end; i++) {
+		if (!list_reserve(list, used, USUAL, &capacity))
+			return no_memory(e, error);
+		size_t found = neighbors_find(e, i, list->neighbor + used, capacity - used);
+		if (found > capacity - used) {
+			if (!list_reserve(list, used, found, &capacity))
+				return no_memory(e, error);
+			neighbors_find(e, i, list->neighbor + used, found);
+		}
+		float sum = 0;
+		for (size_t n = used; n < used + found; n++)
+			sum += pair_weight(e, i, list->neighbor[n]);
+		e->weight[i] = sum;
+		used += found;
+		list->start[i - begin + 1] = (uint32_t)used;
+	}
+	return GNP_OK;
+}
+
+static gnp_status neighbors_make(struct elimination *e, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	e->lists = gnp_array_zero((e->count + LIST - 1) / LIST, sizeof *e->lists);
+	e->weight = gnp_array_new(e->count, sizeof *e->weight);
+	if (!e->lists || !e->weight)
+		return no_memory(e, error);
+	return gnp_pool_run(pool, task, e->count, LIST, neighbors_list, e, error);
+}
+
+/* ---- Sweeps: all entries of at least a threshold go in the order they lie in memory, then the threshold falls by a step.
+ * Within a step this is not the order of weights, but memory is read as it lies; and a removal reaches no further than the
+ * next layer of rows, so that every other slab may be swept at once. ---- */
+
+/* Takes the entry away and relieves its neighbours. */
+static void entry_remove(struct elimination *e, uint32_t i)
+{
+	const struct list *list = &e->lists[i / LIST];
+	e->weight[i] = -INFINITY;
+	for (size_t n = list->start[i % LIST]; n < list->start[i % LIST + 1]; n++) {
+		uint32_t j = list->neighbor[n];
+		if (e->weight[j] != -INFINITY)
+			e->weight[j] -= pair_weight(e, i, j);
+	}
+}
+
+static gnp_status slabs_make(struct elimination *e, struct gnp_error *error)
+{
+	enum { LAYERS = 4 }; /* two would keep the slabs on both sides apart */
+	e->slabs = (e->rows[1] + LAYERS - 1) / LAYERS;
+	e->slab = gnp_array_zero(e->slabs, sizeof *e->slab);
+	if (!e->slab)
+		return no_memory(e, error);
+	for (size_t s = 0; s < e->slabs; s++) {
+		size_t end = (s + 1) * LAYERS < e->rows[1] ? (s + 1) * LAYERS : e->rows[1];
+		e->slab[s].begin = e->row_start[s * LAYERS * e->rows[0]];
+		e->slab[s].end = e->row_start[end * e->rows[0]];
+	}
+	return GNP_OK;
+}
+
+static gnp_status slabs_survey(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	struct elimination *e = context;
+	(void)scratch;
+	(void)error;
+	for (size_t s = begin; s < end; s++) {
+		struct slab *slab = &e->slab[s];
+		slab->heavy = 0;
+		slab->largest = -INFINITY;
+		for (size_t i = slab->begin; i < slab->end; i++) {
+			slab->heavy += e->weight[i] >= e->threshold;
+			slab->largest = e->weight[i] > slab->largest ? e->weight[i] : slab->largest;
+		}
+	}
+	return GNP_OK;
+}
+
+/* Removes what reaches the threshold from [begin, end), at most `most` entries; returns how many. */
+static size_t range_sweep(struct elimination *e, size_t begin, size_t end, size_t most)
+{
+	size_t removed = 0;
+	for (size_t i = begin; i < end && removed < most; i++)
+		if (e->weight[i] >= e->threshold) {
+			entry_remove(e, (uint32_t)i);
+			removed++;
+		}
+	return removed;
+}
+
+static gnp_status even_slabs_sweep(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                   struct gnp_error *error)
+{
+	struct elimination *e = context;
+	(void)scratch;
+	(void)error;
+	for (size_t s = begin; s < end; s++)
+		e->slab[2 * s].heavy = range_sweep(e, e->slab[2 * s].begin, e->slab[2 * s].end, SIZE_MAX);
+	return GNP_OK;
+}
+
+static gnp_status odd_slabs_sweep(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
                                   struct gnp_error *error)
 {
 	struct elimination *e = context;
 	(void)scratch;
 	(void)error;
-	for (size_t i = begin; i < end; i++)
-		e->start[i + 1] = neighbors_find(e, i, NULL);
+	for (size_t s = begin; s < end; s++)
+		e->slab[2 * s + 1].heavy = range_sweep(e, e->slab[2 * s + 1].begin, e->slab[2 * s + 1].end, SIZE_MAX);
 	return GNP_OK;
 }
 
-static gnp_status neighbors_fill(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
-                                 struct gnp_error *error)
+static size_t heavy_sum(const struct elimination *e)
 {
-	struct elimination *e = context;
-	(void)scratch;
-	(void)error;
-	for (size_t i = begin; i < end; i++) {
-		neighbors_find(e, i, e->neighbor + e->start[i]);
-		float sum = 0;
-		for (size_t n = e->start[i]; n < e->start[i + 1]; n++)
-			sum += pair_weight(e, i, e->neighbor[n]);
-		e->weight[i] = sum;
-	}
-	return GNP_OK;
+	size_t sum = 0;
+	for (size_t s = 0; s < e->slabs; s++)
+		sum += e->slab[s].heavy;
+	return sum;
 }
 
-static gnp_status neighbors_list(struct elimination *e, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+/* The next threshold: a step down, or more where nothing weighs that much. */
+static gnp_status threshold_lower(struct elimination *e, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
-	enum { CHUNK = 4096 };
-	e->start = gnp_array_new(e->count + 1, sizeof *e->start);
-	e->weight = gnp_array_new(e->count, sizeof *e->weight);
-	if (!e->start || !e->weight)
-		return no_memory(e, error);
-	e->start[0] = 0;
-	gnp_status status = gnp_pool_run(pool, task, e->count, CHUNK, neighbors_count, e, error);
-	if (status != GNP_OK)
+	static const float step = 0.957603f; /* 2^(-1/16): half a hundredth in distance */
+	float largest = -INFINITY;
+	e->threshold *= step;
+	gnp_status status = gnp_pool_run(pool, task, e->slabs, 1, slabs_survey, e, error);
+	if (status != GNP_OK || heavy_sum(e))
 		return status;
-	for (size_t i = 0; i < e->count; i++)
-		e->start[i + 1] += e->start[i];
-	e->neighbor = gnp_array_new(e->start[e->count], sizeof *e->neighbor);
-	if (!e->neighbor)
-		return no_memory(e, error);
-	return gnp_pool_run(pool, task, e->count, CHUNK, neighbors_fill, e, error);
+	for (size_t s = 0; s < e->slabs; s++)
+		largest = e->slab[s].largest > largest ? e->slab[s].largest : largest;
+	e->threshold = largest > 1e-30f ? largest * step : -FLT_MAX;
+	return gnp_pool_run(pool, task, e->slabs, 1, slabs_survey, e, error);
 }
 
-/* ---- Heap: four children a node, half the depth of the usual two ---- */
-
-static void heap_put(struct elimination *e, size_t at, uint32_t i)
+/* Sweeps in parallel as long as the last one cannot take too many. */
+static gnp_status eliminate(struct elimination *e, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
-	e->heap[at] = i;
-	e->where[i] = (uint32_t)at;
-}
-
-/* Moves the entry at a node down to its place. */
-static void heap_sink(struct elimination *e, size_t at)
-{
-	uint32_t i = e->heap[at];
-	float weight = e->weight[i];
-	for (;;) {
-		size_t child = 4 * at + 1, last = child + 4 < e->alive ? child + 4 : e->alive, best = at;
-		float most = weight;
-		for (; child < last; child++)
-			if (e->weight[e->heap[child]] > most) {
-				most = e->weight[e->heap[child]];
-				best = child;
-			}
-		if (best == at)
-			break;
-		heap_put(e, at, e->heap[best]);
-		at = best;
-	}
-	heap_put(e, at, i);
-}
-
-static gnp_status heap_build(struct elimination *e, struct gnp_error *error)
-{
-	e->heap = gnp_array_new(e->count, sizeof *e->heap);
-	e->where = gnp_array_new(e->count, sizeof *e->where);
-	if (!e->heap || !e->where)
-		return no_memory(e, error);
-	e->alive = e->count;
-	for (size_t i = 0; i < e->count; i++)
-		heap_put(e, i, (uint32_t)i);
-	for (size_t at = e->count / 4 + 1; at-- > 0;)
-		if (at < e->count)
-			heap_sink(e, at);
-	return GNP_OK;
-}
-
-/* Takes the top away and relieves its neighbours. Weights only fall, so entries only sink; and the last entry of the heap
- * never weighs more than the top it replaces. */
-static void heap_pop(struct elimination *e)
-{
-	uint32_t top = e->heap[0];
-	e->where[top] = GONE;
-	if (--e->alive > 0) {
-		heap_put(e, 0, e->heap[e->alive]);
-		heap_sink(e, 0);
-	}
-	for (size_t n = e->start[top]; n < e->start[top + 1]; n++) {
-		uint32_t j = e->neighbor[n];
-		if (e->where[j] == GONE)
+	size_t alive = e->count;
+	gnp_status status = slabs_make(e, error);
+	e->threshold = FLT_MAX;
+	while (status == GNP_OK && alive > e->wanted) {
+		status = threshold_lower(e, pool, task, error);
+		if (status == GNP_OK && alive - heavy_sum(e) < e->wanted) {
+			alive -= range_sweep(e, 0, e->count, alive - e->wanted);
 			continue;
-		e->weight[j] -= pair_weight(e, top, j);
-		heap_sink(e, e->where[j]);
+		}
+		if (status == GNP_OK)
+			status = gnp_pool_run(pool, task, (e->slabs + 1) / 2, 1, even_slabs_sweep, e, error);
+		if (status == GNP_OK)
+			status = gnp_pool_run(pool, task, e->slabs / 2, 1, odd_slabs_sweep, e, error);
+		if (status == GNP_OK)
+			alive -= heavy_sum(e);
 	}
+	return status;
 }
 
 static int index_compare(const void *a, const void *b)
@@ -282,20 +368,13 @@ static int index_compare(const void *a, const void *b)
 	return p < q ? -1 : p > q;
 }
 
-static gnp_status eliminate(struct elimination *e, struct gnp_task *task, uint32_t *kept, struct gnp_error *error)
+static void kept_list(const struct elimination *e, uint32_t *kept)
 {
-	gnp_status status = heap_build(e, error);
-	while (status == GNP_OK && e->alive > e->wanted) {
-		heap_pop(e);
-		if (e->alive % 4096 == 0)
-			status = gnp_task_check(task, error);
-	}
-	if (status != GNP_OK)
-		return status;
-	for (size_t at = 0; at < e->alive; at++)
-		kept[at] = e->entries[e->heap[at]].index;
-	qsort(kept, e->wanted, sizeof *kept, index_compare);
-	return GNP_OK;
+	size_t made = 0;
+	for (size_t i = 0; i < e->count; i++)
+		if (e->weight[i] != -INFINITY)
+			kept[made++] = e->entries[i].index;
+	qsort(kept, made, sizeof *kept, index_compare);
 }
 
 gnp_status gnp_eliminate(const float *points, size_t count, size_t wanted, double area, struct gnp_pool *pool,
@@ -308,9 +387,11 @@ gnp_status gnp_eliminate(const float *points, size_t count, size_t wanted, doubl
 	e.shortest = (float)(2 * r_min);
 	gnp_status status = entries_order(&e, pool, task, error);
 	if (status == GNP_OK)
-		status = neighbors_list(&e, pool, task, error);
+		status = neighbors_make(&e, pool, task, error);
 	if (status == GNP_OK)
-		status = eliminate(&e, task, kept, error);
+		status = eliminate(&e, pool, task, error);
+	if (status == GNP_OK)
+		kept_list(&e, kept);
 	elimination_clear(&e);
 	return status;
 }

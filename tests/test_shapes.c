@@ -671,7 +671,7 @@ static size_t address_space(void)
 /* At several limits, so that different allocations are the one that fails. */
 static void exhausted_memory_is_reported(void)
 {
-	static const size_t room[] = {4, 25, 40, 52, 66, 90}; /* MiB; 200,000 points need some 170 */
+	static const size_t room[] = {4, 25, 45, 65, 85}; /* MiB; 400,000 points need some 300 */
 	struct gnp_shape *shape = shape_new("sphere", 0, 0);
 	struct rlimit limit;
 	getrlimit(RLIMIT_AS, &limit);
@@ -679,7 +679,7 @@ static void exhausted_memory_is_reported(void)
 		struct gnp_error error = {0};
 		struct gnp_sample sample = {.count = 123};
 		setrlimit(RLIMIT_AS, &(struct rlimit){address_space() + (room[i] << 20), limit.rlim_max});
-		gnp_status status = gnp_sample_create(shape, &(struct gnp_sample_options){.count = 200000}, pool, NULL, &sample, &error);
+		gnp_status status = gnp_sample_create(shape, &(struct gnp_sample_options){.count = 400000}, pool, NULL, &sample, &error);
 		setrlimit(RLIMIT_AS, &limit);
 		CHECK(status == GNP_OUT_OF_MEMORY);
 		CHECK_CONTAINS(error.text, "sample: no memory");
