@@ -45,7 +45,7 @@ gnp_status gnp_cover_all(size_t points, struct gnp_cover *out, struct gnp_error 
 struct greedy {
 	const struct gnp_neighbors *neighbors;
 	const double *points;
-	size_t serve;
+	const struct gnp_cover_rule *rule;
 	struct gnp_cover *cover;
 	size_t *patches; /* (blocks) patches found in each; their rows stand at the block's first point */
 };
@@ -55,8 +55,8 @@ static gnp_status cover_block(void *context, size_t first, size_t last, struct g
 	struct greedy *greedy = context;
 	struct gnp_cover *cover = greedy->cover;
 	unsigned char *state = gnp_scratch_take(scratch, last - first, 1);
-	uint32_t *index = gnp_scratch_take(scratch, greedy->serve, sizeof *index);
-	double *distance = gnp_scratch_take(scratch, greedy->serve, sizeof *distance);
+	uint32_t *index = gnp_scratch_take(scratch, greedy->rule->fixed, sizeof *index);
+	double *distance = gnp_scratch_take(scratch, greedy->rule->fixed, sizeof *distance);
 	if (!state || !index || !distance)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "cover: no memory for a block");
 	memset(state, NOT_SERVED, last - first);
@@ -64,8 +64,11 @@ static gnp_status cover_block(void *context, size_t first, size_t last, struct g
 	for (size_t i = first; i < last; i++) {
 		if (state[i - first] == SERVED)
 			continue;
-		gnp_status status = gnp_neighbors_knn(greedy->neighbors, greedy->points + 3 * i, 1, greedy->serve, index, distance,
-		                                      scratch, error);
+		const struct gnp_cover_rule *rule = greedy->rule;
+		size_t serve = rule->served ? rule->served(rule->context, (uint32_t)i) : rule->fixed;
+		gnp_status status = GNP_OK;
+		if (serve > 1)
+			status = gnp_neighbors_knn(greedy->neighbors, greedy->points + 3 * i, 1, serve, index, distance, scratch, error);
 		if (status != GNP_OK)
 			return status;
 		cover->centre[first + patches] = (uint32_t)i;
@@ -73,7 +76,7 @@ static gnp_status cover_block(void *context, size_t first, size_t last, struct g
 		patches++;
 		state[i - first] = SERVED;
 		cover->member[members++] = (uint32_t)i;
-		for (size_t j = 0; j < greedy->serve; j++)
+		for (size_t j = 0; serve > 1 && j < serve; j++)
 			if (index[j] >= first && index[j] < last && state[index[j] - first] == NOT_SERVED) {
 				state[index[j] - first] = SERVED;
 				cover->member[members++] = index[j];
@@ -83,15 +86,15 @@ static gnp_status cover_block(void *context, size_t first, size_t last, struct g
 	return GNP_OK;
 }
 
-gnp_status gnp_cover_greedy(const struct gnp_neighbors *neighbors, const double *points, size_t count, size_t serve,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_cover *out, struct gnp_error *error)
+gnp_status gnp_cover_greedy(const struct gnp_neighbors *neighbors, const double *points, size_t count,
+                            const struct gnp_cover_rule *rule, struct gnp_pool *pool, struct gnp_task *task, struct gnp_cover *out, struct gnp_error *error)
 {
 	struct gnp_cover cover;
 	size_t blocks = (count + BLOCK - 1) / BLOCK;
 	gnp_status status = allocate(count, &cover, error);
 	if (status != GNP_OK)
 		return status;
-	struct greedy greedy = {.neighbors = neighbors, .points = points, .serve = serve, .cover = &cover,
+	struct greedy greedy = {.neighbors = neighbors, .points = points, .rule = rule, .cover = &cover,
 	                        .patches = gnp_array_zero(blocks, sizeof *greedy.patches)};
 	status = greedy.patches ? gnp_pool_run(pool, task, count, BLOCK, cover_block, &greedy, error)
 	                        : gnp_error_set(error, GNP_OUT_OF_MEMORY, "cover: no memory for %zu blocks", blocks);

@@ -1,17 +1,15 @@
 #include "estimate.h"
 
 #include <assert.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "cover.h"
 #include "memory.h"
-#include "order.h"
-#include "orient.h"
+#include "prepare.h"
 #include "surface.h"
 
-enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 192 };
+enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 96 };
 
 struct gnp_estimate_options gnp_estimate_defaults(void)
 {
@@ -22,9 +20,39 @@ struct gnp_estimate_options gnp_estimate_defaults(void)
 		              GNP_QUANTITY_BIT(GNP_GAUSSIAN_CURVATURE)};
 }
 
+static const struct gnp_estimator *estimator_of(const struct gnp_estimate_options *options)
+{
+	return gnp_estimator_at((enum gnp_estimator_kind)options->estimator);
+}
+
 static struct gnp_basis basis_of(const struct gnp_estimate_options *options)
 {
-	return (struct gnp_basis){(enum gnp_basis_kind)options->basis, (unsigned)options->degree};
+	const struct gnp_basis wanted = {(enum gnp_basis_kind)options->basis, (unsigned)options->degree};
+	return estimator_of(options)->basis(wanted);
+}
+
+static uint64_t offered_quantities(const struct gnp_estimator *estimator)
+{
+	uint64_t offered = GNP_QUANTITY_ALL;
+	if (!estimator->errors)
+		offered &= ~GNP_QUANTITY_STDERR;
+	if (!estimator->outliers)
+		offered &= ~GNP_QUANTITY_BIT(GNP_OUTLIER);
+	return offered;
+}
+
+/* "All" means all the estimator has; asking for another one by name is a mistake worth a message. */
+static gnp_status check_quantities(const struct gnp_estimate_options *options, struct gnp_error *error)
+{
+	const struct gnp_estimator *estimator = estimator_of(options);
+	uint64_t lacking = options->quantities & ~offered_quantities(estimator);
+	if (!options->quantities || options->quantities & ~GNP_QUANTITY_ALL)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: got mask %#llx, need some of %#llx",
+		                     (unsigned long long)options->quantities, (unsigned long long)GNP_QUANTITY_ALL);
+	if (!lacking || options->quantities == GNP_QUANTITY_ALL)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: the estimator %s has no %s", estimator->name,
+	                     gnp_quantity_info((enum gnp_quantity)__builtin_ctzll(lacking))->name);
 }
 
 static size_t quantity_width(enum gnp_quantity quantity, size_t basis_size)
@@ -56,28 +84,12 @@ static gnp_status check_options(const struct gnp_estimate_options *options, stru
 		if (status != GNP_OK)
 			return status;
 	}
-	if (!options->quantities || options->quantities & ~GNP_QUANTITY_ALL)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: got mask %#llx, need some of %#llx",
-		                     (unsigned long long)options->quantities, (unsigned long long)GNP_QUANTITY_ALL);
-	size_t size = gnp_basis_size(basis_of(options));
-	if (size > (size_t)options->k)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %d, need at least %zu for degree %d", options->k, size,
-		                     options->degree);
-	return GNP_OK;
+	struct gnp_basis basis = basis_of(options);
+	if (basis.kind != GNP_BASIS_TAYLOR && gnp_basis_size(basis) > (size_t)options->k)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %d, need at least %zu for degree %d", options->k,
+		                     gnp_basis_size(basis), options->degree);
+	return check_quantities(options, error);
 }
-
-/* The cloud in curve order with everything the patches need. */
-struct prepared {
-	size_t count;
-	uint32_t *order;  /* (count) caller's index of each point */
-	double *points;   /* (count, 3) */
-	double *normals;  /* (count, 3) unit */
-	struct gnp_neighbors *neighbors;
-	struct gnp_cover cover;
-	size_t components;
-	size_t rows;      /* of the outputs */
-	bool chosen;      /* a row a patch, not a row a point */
-};
 
 /* The points to estimate at, as the caller counts them; at is NULL for all of them. */
 struct choice {
@@ -85,33 +97,8 @@ struct choice {
 	size_t count;
 };
 
-static void prepared_clear(struct prepared *prepared)
-{
-	free(prepared->order);
-	free(prepared->points);
-	free(prepared->normals);
-	gnp_neighbors_free(prepared->neighbors);
-	gnp_cover_clear(&prepared->cover);
-}
-
-static void gather_points(struct prepared *prepared, const struct gnp_cloud *cloud)
-{
-	for (size_t i = 0; i < prepared->count; i++)
-		memcpy(prepared->points + 3 * i, cloud->points + 3 * (size_t)prepared->order[i], 3 * sizeof(double));
-}
-
-static void gather_normals(struct prepared *prepared, const struct gnp_cloud *cloud)
-{
-	for (size_t i = 0; i < prepared->count; i++) {
-		const double *n = cloud->normals + 3 * (size_t)prepared->order[i];
-		double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-		for (int c = 0; c < 3; c++)
-			prepared->normals[3 * i + c] = n[c] / length;
-	}
-}
-
 /* Patch p is that of the point at[p], and serves it. */
-static gnp_status cover_chosen(const struct prepared *prepared, const struct choice *choice, struct gnp_cover *cover,
+static gnp_status cover_chosen(const struct gnp_prepared *prepared, const struct choice *choice, struct gnp_cover *cover,
                                struct gnp_error *error)
 {
 	size_t count = choice->count;
@@ -131,57 +118,14 @@ static gnp_status cover_chosen(const struct prepared *prepared, const struct cho
 	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for %zu chosen points", count);
 }
 
-static gnp_status prepare_cover(const struct gnp_estimate_options *options, const struct choice *choice,
-                                struct gnp_pool *pool, struct gnp_task *task, struct prepared *prepared,
-                                struct gnp_error *error)
-{
-	size_t n = prepared->count;
-	prepared->chosen = choice->at != NULL;
-	prepared->rows = prepared->chosen ? choice->count : n;
-	if (prepared->chosen)
-		return cover_chosen(prepared, choice, &prepared->cover, error);
-	if (options->cover == GNP_COVER_ALL)
-		return gnp_cover_all(n, &prepared->cover, error);
-	return gnp_cover_greedy(prepared->neighbors, prepared->points, n, (size_t)options->k / 3, pool, task, &prepared->cover,
-	                        error);
-}
-
-static gnp_status prepare(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
-                          const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
-                          struct prepared *prepared, struct gnp_error *error)
-{
-	size_t n = cloud->count;
-	prepared->count = n;
-	prepared->order = gnp_array_new(n, sizeof *prepared->order);
-	prepared->points = gnp_array_new(n, 3 * sizeof(double));
-	prepared->normals = gnp_array_new(n, 3 * sizeof(double));
-	if (!prepared->order || !prepared->points || !prepared->normals)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for %zu points", n);
-	gnp_task_stage(task, GNP_STAGE_ORDER, 0);
-	gnp_status status = gnp_order_compute(cloud->points, n, prepared->order, error);
-	if (status != GNP_OK)
-		return status;
-	gather_points(prepared, cloud);
-	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, 0);
-	status = gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
-	if (status != GNP_OK)
-		return status;
-	gnp_task_stage(task, GNP_STAGE_ORIENT, cloud->normals ? n : 2 * n); /* two passes over the points */
-	if (cloud->normals)
-		gather_normals(prepared, cloud);
-	else
-		status = gnp_orient_normals(prepared->points, n, prepared->neighbors, 0, pool, task, prepared->normals,
-		                            &prepared->components, error);
-	if (status != GNP_OK)
-		return status;
-	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, n);
-	return prepare_cover(options, choice, pool, task, prepared, error);
-}
-
 struct work {
-	const struct prepared *prepared;
+	const struct gnp_prepared *prepared;
+	const struct choice *choice;
+	struct gnp_cover cover; /* which patch serves which point */
 	const struct gnp_estimator *estimator;
 	struct gnp_fit_options fit;
+	void *state;                  /* the estimator's view of the whole cloud */
+	const unsigned char *outlier; /* (count) in curve order, or NULL */
 	uint64_t quantities;
 	size_t k;
 	struct gnp_estimate *out;
@@ -194,16 +138,31 @@ static size_t nanoseconds(double since)
 	return (size_t)(1e9 * (gnp_clock() - since));
 }
 
+/* The nearest points each patch of a chunk needs: the balls of radius epsilon, or as many as the estimator reaches for. */
+static gnp_status find_neighborhoods(const struct work *work, size_t begin, size_t count, struct gnp_scratch *scratch,
+                                     struct gnp_neighborhoods *found, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	const uint32_t *centres = work->cover.centre + begin;
+	if (!work->estimator->reach)
+		return gnp_neighborhoods_find(prepared->neighbors, centres, count, work->k, GNP_PATCH_TAU, 8 * work->k + 64, scratch,
+		                              found, error);
+	size_t reach = work->k + work->k / 2;
+	for (size_t p = 0; p < count; p++) {
+		size_t wanted = work->estimator->reach(work->state, centres[p]);
+		reach = wanted > reach ? wanted : reach;
+	}
+	reach = reach < prepared->count ? reach : prepared->count;
+	return gnp_neighborhoods_find(prepared->neighbors, centres, count, reach, 1, reach, scratch, found, error);
+}
+
 static gnp_status build_patches(const struct work *work, size_t begin, size_t count, struct gnp_patch *patches,
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct prepared *prepared = work->prepared;
-	const struct gnp_patch_source source = {prepared->points, prepared->normals, work->estimator->support,
-	                                        work->estimator->delta0_ratio};
-	size_t most = 8 * work->k + 64;
+	const struct gnp_prepared *prepared = work->prepared;
+	const struct gnp_patch_source source = {prepared->points, prepared->normals, work->k, work->estimator->delta0_ratio};
 	struct gnp_neighborhoods found;
-	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, prepared->cover.centre + begin, count, work->k,
-	                                           GNP_PATCH_TAU * source.support, most, scratch, &found, error);
+	gnp_status status = find_neighborhoods(work, begin, count, scratch, &found, error);
 	if (status != GNP_OK)
 		return status;
 	size_t total = found.start[count];
@@ -213,31 +172,42 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for patches of %zu points", total);
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
 		size_t at = found.start[p];
-		status = gnp_patch_build(&source, &found, p, prepared->cover.centre[begin + p], u + at, v + at, w + at, &patches[p],
+		status = gnp_patch_build(&source, &found, p, work->cover.centre[begin + p], u + at, v + at, w + at, &patches[p],
 		                         error);
 	}
 	return status;
 }
 
-static void write_patch(struct work *work, size_t p, const struct gnp_patch *patch, const double *coefficients,
-                        const struct gnp_fit *fit)
+static void write_point(const struct work *work, const struct gnp_patch *patch, const struct gnp_fit *fit, size_t point,
+                        size_t row)
 {
-	const struct prepared *prepared = work->prepared;
 	struct gnp_estimate *out = work->out;
-	const struct gnp_surface surface = {work->fit.basis, coefficients, patch};
-	for (size_t m = prepared->cover.start[p]; m < prepared->cover.start[p + 1]; m++) {
-		size_t point = prepared->cover.member[m], row = prepared->chosen ? p : prepared->order[point];
-		double u, v;
-		gnp_patch_locate(patch, prepared->points + 3 * point, &u, &v);
-		gnp_surface_evaluate(&surface, u, v, work->quantities, row, out->values);
-		if (out->values[GNP_SURFACE_COEFFICIENTS])
-			memcpy(out->values[GNP_SURFACE_COEFFICIENTS] + row * out->basis_size, coefficients,
-			       out->basis_size * sizeof *coefficients);
-		if (out->values[GNP_RESIDUAL])
-			out->values[GNP_RESIDUAL][row] = fit->residual * patch->scale_w;
+	const double *position = work->prepared->points + 3 * point;
+	double u, v;
+	gnp_surface_locate(&fit->surface, position, &u, &v);
+	gnp_surface_evaluate(&fit->surface, u, v, work->quantities, row, out->values);
+	if (out->values[GNP_SURFACE_COEFFICIENTS])
+		memcpy(out->values[GNP_SURFACE_COEFFICIENTS] + row * out->basis_size, fit->surface.coefficients,
+		       out->basis_size * sizeof(double));
+	if (out->values[GNP_RESIDUAL])
+		out->values[GNP_RESIDUAL][row] = fit->residual;
+	if (out->values[GNP_OUTLIER])
+		out->values[GNP_OUTLIER][row] = work->outlier[point];
+	if (out->values[GNP_BOUNDARY]) {
+		gnp_patch_locate(patch, position, &u, &v);
+		out->values[GNP_BOUNDARY][row] = gnp_patch_one_sided(patch, u, v);
 	}
-	if (fit->degree < work->fit.basis.degree)
-		atomic_fetch_add_explicit(&work->degenerate, prepared->cover.start[p + 1] - prepared->cover.start[p],
+}
+
+static void write_patch(struct work *work, size_t p, const struct gnp_patch *patch, const struct gnp_fit *fit)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	for (size_t m = work->cover.start[p]; m < work->cover.start[p + 1]; m++) {
+		size_t point = work->cover.member[m];
+		write_point(work, patch, fit, point, work->choice->at ? p : prepared->order[point]);
+	}
+	if (fit->reduced)
+		atomic_fetch_add_explicit(&work->degenerate, work->cover.start[p + 1] - work->cover.start[p],
 		                          memory_order_relaxed);
 }
 
@@ -245,23 +215,22 @@ static gnp_status estimate_chunk(void *context, size_t begin, size_t end, struct
                                  struct gnp_error *error)
 {
 	struct work *work = context;
-	size_t count = end - begin, size = work->out->basis_size;
+	size_t count = end - begin;
 	double started = gnp_clock();
 	struct gnp_patch *patches = gnp_scratch_take(scratch, count, sizeof *patches);
 	struct gnp_fit *fits = gnp_scratch_take(scratch, count, sizeof *fits);
-	double *coefficients = gnp_scratch_take(scratch, count * size, sizeof *coefficients);
-	if (!patches || !fits || !coefficients)
+	if (!patches || !fits)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for %zu patches", count);
 	gnp_status status = build_patches(work, begin, count, patches, scratch, error);
 	if (status != GNP_OK)
 		return status;
 	atomic_fetch_add_explicit(&work->search_ns, nanoseconds(started), memory_order_relaxed);
 	started = gnp_clock();
-	status = work->estimator->fit(&work->fit, patches, count, coefficients, fits, scratch, error);
+	status = work->estimator->fit(&work->fit, work->state, patches, count, fits, scratch, error);
 	if (status != GNP_OK)
 		return status;
 	for (size_t p = 0; p < count; p++)
-		write_patch(work, begin + p, &patches[p], coefficients + p * size, &fits[p]);
+		write_patch(work, begin + p, &patches[p], &fits[p]);
 	atomic_fetch_add_explicit(&work->fit_ns, nanoseconds(started), memory_order_relaxed);
 	return GNP_OK;
 }
@@ -290,26 +259,70 @@ static void book_search(struct work *work, struct gnp_task *task)
 		                task->seconds[GNP_STAGE_ESTIMATE] * search / total);
 }
 
-static gnp_status estimate_prepared(const struct prepared *prepared, const struct gnp_estimate_options *options,
-                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *estimate,
+static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_error *error)
 {
-	estimate->count = prepared->rows;
-	estimate->basis_size = gnp_basis_size(basis_of(options));
-	gnp_status status = allocate_values(estimate, options->quantities, error);
-	if (status != GNP_OK)
-		return status;
-	struct work work = {.prepared = prepared,
-	                    .estimator = gnp_estimator_at((enum gnp_estimator_kind)options->estimator),
+	const struct gnp_prepared *prepared = work->prepared;
+	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->neighbors};
+	gnp_status status = GNP_OK;
+	if (work->estimator->prepare)
+		status = work->estimator->prepare(&cloud, pool, task, &work->state, error);
+	if (status == GNP_OK && work->estimator->outliers)
+		work->outlier = work->estimator->outliers(work->state);
+	return status;
+}
+
+/* Which patches there are, and what each serves. */
+static gnp_status make_cover(struct work *work, const struct gnp_estimate_options *options, struct gnp_pool *pool,
+                             struct gnp_task *task, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	if (work->choice->at)
+		return cover_chosen(prepared, work->choice, &work->cover, error);
+	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3};
+	if (options->cover == GNP_COVER_ALL) {
+		if (!work->estimator->served)
+			return gnp_cover_all(prepared->count, &work->cover, error);
+		rule = (struct gnp_cover_rule){.fixed = GNP_SERVED_MAX < prepared->count ? GNP_SERVED_MAX : prepared->count,
+		                               .served = work->estimator->served, .context = work->state};
+	}
+	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover, error);
+}
+
+static void work_clear(struct work *work)
+{
+	if (work->state)
+		work->estimator->release(work->state);
+	gnp_cover_clear(&work->cover);
+}
+
+static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                    const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                                    struct gnp_estimate *estimate, struct gnp_error *error)
+{
+	const struct gnp_estimator *estimator = estimator_of(options);
+	struct work work = {.prepared = prepared, .choice = choice, .estimator = estimator,
 	                    .fit = {basis_of(options), (enum gnp_weight_kind)options->weight},
-	                    .quantities = options->quantities, .k = (size_t)options->k, .out = estimate};
-	gnp_task_stage(task, GNP_STAGE_ESTIMATE, prepared->cover.count);
-	status = gnp_pool_run(pool, task, prepared->cover.count, PATCHES_A_CHUNK, estimate_chunk, &work, error);
+	                    .quantities = options->quantities & offered_quantities(estimator), .k = (size_t)options->k,
+	                    .out = estimate};
+	gnp_task_stage(task, GNP_STAGE_PREPARE, 0);
+	gnp_status status = prepare_estimator(&work, pool, task, error);
+	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, prepared->count);
+	if (status == GNP_OK)
+		status = make_cover(&work, options, pool, task, error);
+	estimate->count = choice->at ? choice->count : prepared->count;
+	estimate->basis_size = gnp_basis_size(work.fit.basis);
+	if (status == GNP_OK)
+		status = allocate_values(estimate, work.quantities, error);
+	gnp_task_stage(task, GNP_STAGE_ESTIMATE, work.cover.count);
+	if (status == GNP_OK)
+		status = gnp_pool_run(pool, task, work.cover.count, PATCHES_A_CHUNK, estimate_chunk, &work, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;
-	estimate->patches = prepared->cover.count;
+	estimate->patches = work.cover.count;
 	estimate->degenerate = work.degenerate;
+	work_clear(&work);
 	return status;
 }
 
@@ -335,16 +348,17 @@ static gnp_status estimate_choice(const struct gnp_cloud *cloud, const struct gn
 		status = check_choice(choice, cloud->count, error);
 	if (status != GNP_OK)
 		return status;
-	struct prepared prepared = {0};
+	struct gnp_prepared prepared;
+	status = gnp_prepare(cloud, pool, task, &prepared, error);
+	if (status != GNP_OK)
+		return status;
 	struct gnp_estimate result = {.normals_estimated = !cloud->normals};
-	status = prepare(cloud, options, choice, pool, task, &prepared, error);
-	if (status == GNP_OK)
-		status = estimate_prepared(&prepared, options, pool, task, &result, error);
+	status = estimate_prepared(&prepared, options, choice, pool, task, &result, error);
 	if (status == GNP_OK)
 		*out = result;
 	else
 		gnp_estimate_clear(&result);
-	prepared_clear(&prepared);
+	gnp_prepared_clear(&prepared);
 	return status;
 }
 

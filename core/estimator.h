@@ -1,13 +1,20 @@
-/* What an estimator is: a function from patches to coefficients of their heights. One file and one row in the table. */
+/* What an estimator is: a function from patches to fitted surfaces. One file and one row in the table. */
 #ifndef GNP_CORE_ESTIMATOR_H
 #define GNP_CORE_ESTIMATOR_H
 
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
 #include "legendre.h"
+#include "neighbors.h"
 #include "patch.h"
+#include "pool.h"
 #include "scratch.h"
 #include "status.h"
+#include "surface.h"
 
-enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_KINDS };
+enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE, GNP_ESTIMATOR_KINDS };
 enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 
 /* How to fit; the fields an estimator has no use for are ignored by it. */
@@ -16,21 +23,45 @@ struct gnp_fit_options {
 	enum gnp_weight_kind weight; /* of a point at r = |(u, v)| in [0, 1]: (1 - r)^4, 1, or 1.2 - r */
 };
 
-/* What a fit tells of itself. */
-struct gnp_fit {
-	unsigned degree;  /* that the neighbourhood carried; below the basis's degree where it was too poor */
-	double residual;  /* weighted root mean square of the heights' misfit, in units of scale_w */
+/* A whole cloud in curve order, borrowed. */
+struct gnp_fit_cloud {
+	size_t count;
+	const double *points;  /* (count, 3) */
+	const double *normals; /* (count, 3) unit */
+	const struct gnp_neighbors *neighbors;
 };
 
-/* Fits each patch: coefficients (count, gnp_basis_size(options->basis)), fits (count). */
-typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const struct gnp_patch *patches, size_t count,
-                                 double *coefficients, struct gnp_fit *fits, struct gnp_scratch *scratch,
+/* A fitted patch. */
+struct gnp_fit {
+	struct gnp_surface surface; /* its coefficients and factor live in the scratch or state the fit was given */
+	bool reduced;    /* the neighbourhood was too poor for the basis: a lower degree was used */
+	double residual; /* root mean square of the heights' misfit, as the fit weighs its points [length] */
+};
+
+enum { GNP_SERVED_MAX = 64 };
+
+/* Fits each patch: fits (count) out. state: what prepare made, or NULL. */
+typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
+                                 size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch,
                                  struct gnp_error *error);
 
 struct gnp_estimator {
 	const char *name;
-	double support;      /* how far its patches see, in units of epsilon */
-	double delta0_ratio; /* smallest height scale, in units of epsilon */
+	bool errors;         /* gives standard errors */
+	double delta0_ratio; /* smallest height scale of its patches, in units of epsilon */
+	/* The basis of its surfaces, given the options'. */
+	struct gnp_basis (*basis)(struct gnp_basis wanted);
+	/* Looks at the whole cloud once; *state is freed by release. Both may be NULL. */
+	gnp_status (*prepare)(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, void **state,
+	                      struct gnp_error *error);
+	void (*release)(void *state);
+	/* How many nearest points the fit at a point wants to see; NULL: the patch alone. */
+	size_t (*reach)(const void *state, uint32_t point);
+	/* How many points about this one a patch may serve as well as one of their own would, at most
+	 * GNP_SERVED_MAX; NULL: 1. */
+	size_t (*served)(const void *state, uint32_t point);
+	/* Which points it takes for outliers, (count) 0 or 1; NULL: it does not judge. */
+	const unsigned char *(*outliers)(const void *state);
 	gnp_fit_fn fit;
 };
 

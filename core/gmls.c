@@ -10,7 +10,7 @@ struct work {
 	double *phi;    /* (points, stride) */
 	double *weight; /* (points) */
 	double *gram;   /* (stride, stride) */
-	double *moment, *scale, *solution; /* (stride) */
+	double *moment, *solution; /* (stride) */
 };
 
 static void point_weights(enum gnp_weight_kind kind, const struct gnp_patch *patch, double *weight)
@@ -29,9 +29,10 @@ static bool fit_basis(struct gnp_basis basis, const struct gnp_patch *patch, str
 		return false;
 	gnp_basis_rows(basis, patch->u, patch->v, patch->count, stride, work->phi);
 	gnp_normal_equations(work->phi, work->weight, patch->w, patch->count, stride, work->gram, work->moment);
-	if (!gnp_cholesky_factor(work->gram, size, stride, work->scale))
+	if (!gnp_cholesky_factor(work->gram, size, stride, GNP_SMALLEST_PIVOT))
 		return false;
-	gnp_cholesky_solve(work->gram, work->scale, size, stride, work->moment, work->solution);
+	gnp_cholesky_forward(work->gram, size, stride, work->moment, work->moment);
+	gnp_cholesky_backward(work->gram, size, stride, work->moment, work->solution);
 	return true;
 }
 
@@ -65,24 +66,29 @@ static void fit_patch(const struct gnp_fit_options *options, const struct gnp_pa
 	memset(coefficients, 0, gnp_basis_size(options->basis) * sizeof *coefficients);
 	for (size_t i = 0; i < size; i++)
 		coefficients[index[i]] = work->solution[i];
-	fit->degree = basis.degree;
-	fit->residual = weighted_residual(patch, work, size);
+	*fit = (struct gnp_fit){.surface = {.basis = options->basis, .coefficients = coefficients,
+	                                    .scale_xy = patch->scale_xy, .scale_w = patch->scale_w},
+	                        .reduced = basis.degree < options->basis.degree,
+	                        .residual = weighted_residual(patch, work, size) * patch->scale_w};
+	memcpy(fit->surface.origin, patch->origin, sizeof patch->origin);
+	memcpy(fit->surface.frame, patch->frame, sizeof patch->frame);
 }
 
-gnp_status gnp_gmls_fit(const struct gnp_fit_options *options, const struct gnp_patch *patches, size_t count,
-                        double *coefficients, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_gmls_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
+                        size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t size = gnp_basis_size(options->basis), stride = GNP_SIMD_PAD(size), points = 0;
+	(void)state;
 	for (size_t i = 0; i < count; i++)
 		points = patches[i].count > points ? patches[i].count : points;
+	double *coefficients = gnp_scratch_take(scratch, count * size, sizeof *coefficients);
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct work work = {.phi = gnp_scratch_take(scratch, points * stride, sizeof(double)),
 	                    .weight = gnp_scratch_take(scratch, points, sizeof(double)),
 	                    .gram = gnp_scratch_take(scratch, stride * stride, sizeof(double)),
 	                    .moment = gnp_scratch_take(scratch, stride, sizeof(double)),
-	                    .scale = gnp_scratch_take(scratch, stride, sizeof(double)),
 	                    .solution = gnp_scratch_take(scratch, stride, sizeof(double))};
-	if (!work.phi || !work.weight || !work.gram || !work.moment || !work.scale || !work.solution)
+	if (!coefficients || !work.phi || !work.weight || !work.gram || !work.moment || !work.solution)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gmls: no memory for a patch of %zu points", points);
 	for (size_t i = 0; i < count; i++)
 		fit_patch(options, &patches[i], coefficients + i * size, &fits[i], &work);

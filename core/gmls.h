@@ -7,7 +7,7 @@
 
 /* See gnp_fit_fn. A neighbourhood too poor for the basis is fitted with the highest degree it carries, the other
  * coefficients being zero. */
-gnp_status gnp_gmls_fit(const struct gnp_fit_options *options, const struct gnp_patch *patches, size_t count,
-                        double *coefficients, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
+gnp_status gnp_gmls_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
+                        size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
 
 #endif

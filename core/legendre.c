@@ -1,6 +1,7 @@
 #include "legendre.h"
 
 #include "simd.h"
+#include "taylor.h"
 
 static const double reciprocal[GNP_DEGREE_MAX + 1] = {0, 1.0, 1.0 / 2, 1.0 / 3, 1.0 / 4, 1.0 / 5, 1.0 / 6, 1.0 / 7};
 
@@ -81,6 +82,8 @@ GNP_SIMD_DISPATCH(, gnp_basis_rows, rows_choose,
 
 struct gnp_jet gnp_basis_jet(struct gnp_basis basis, const double *coefficients, double u, double v)
 {
+	if (basis.kind == GNP_BASIS_TAYLOR)
+		return gnp_taylor_jet(basis.degree, coefficients, u, v);
 	double pu[GNP_DEGREE_MAX + 1], du[GNP_DEGREE_MAX + 1], ddu[GNP_DEGREE_MAX + 1];
 	double pv[GNP_DEGREE_MAX + 1], dv[GNP_DEGREE_MAX + 1], ddv[GNP_DEGREE_MAX + 1];
 	gnp_legendre(u, basis.degree, pu, du, ddu);

@@ -76,18 +76,20 @@ static void sort_row(double *distance, uint32_t *index, size_t count)
 		}
 }
 
-enum { BUCKETS = 128 };
+enum { BUCKETS_MIN = 64, BUCKETS_MAX = 1024 };
 
 /* The same into other arrays, in linear time where it matters: on a surface the squared distances of a ball's points are
  * spread evenly, so equal buckets of them hold a few entries each. largest: at least every square. */
 static void sort_squares(const double *square, const uint32_t *index, size_t count, double largest, double *square_out,
                          uint32_t *index_out)
 {
-	uint32_t start[BUCKETS + 1] = {0};
-	double scale = largest > 0 ? (BUCKETS - 1) / largest : 0;
+	uint32_t start[BUCKETS_MAX + 1];
+	int buckets = count < BUCKETS_MIN ? BUCKETS_MIN : count > BUCKETS_MAX ? BUCKETS_MAX : (int)count;
+	double scale = largest > 0 ? (buckets - 1) / largest : 0;
+	memset(start, 0, ((size_t)buckets + 1) * sizeof *start);
 	for (size_t i = 0; i < count; i++)
 		start[(int)(square[i] * scale) + 1]++;
-	for (int b = 0; b < BUCKETS; b++)
+	for (int b = 0; b < buckets; b++)
 		start[b + 1] += start[b];
 	for (size_t i = 0; i < count; i++) {
 		uint32_t at = start[(int)(square[i] * scale)]++;
@@ -95,7 +97,7 @@ static void sort_squares(const double *square, const uint32_t *index, size_t cou
 		index_out[at] = index[i];
 	}
 	uint32_t begin = 0;
-	for (int b = 0; b < BUCKETS; begin = start[b++])
+	for (int b = 0; b < buckets; begin = start[b++])
 		if (start[b] - begin > 1)
 			sort_row(square_out + begin, index_out + begin, start[b] - begin);
 }
@@ -150,7 +152,7 @@ static size_t find_within(const struct gnp_neighbors *neighbors, const double *c
 	return count < 0 ? 0 : (size_t)count < most ? (size_t)count : most;
 }
 
-enum { GROUP = 12, CANDIDATES = 1024 };
+enum { GROUP = 12, CANDIDATES_MIN = 1024, CANDIDATES_MAX = 8192 };
 
 /* One search serves a group: centres that are consecutive along the space-filling curve share nearly all their neighbours, so
  * candidates come from one FLANN radius search round their mean and each point filters them by its own distances. */
@@ -163,12 +165,13 @@ struct group {
 	/* candidates */
 	size_t count;
 	double centre[3], reach; /* every point within reach of centre is a candidate */
-	int *found;              /* (CANDIDATES) */
-	double *x, *y, *z;       /* (CANDIDATES) */
-	double *square;          /* (max(CANDIDATES, most)) */
-	double *near_square;     /* (CANDIDATES + 1) those within a first radius */
+	size_t capacity;         /* candidates there is room for */
+	int *found;              /* (capacity) */
+	double *x, *y, *z;       /* (capacity) */
+	double *square;          /* (max(capacity, most)) */
+	double *near_square;     /* (capacity + 1) those within a first radius */
 	uint32_t *near_index;
-	uint32_t *index;         /* (max(CANDIDATES, most)), of the row being built */
+	uint32_t *index;         /* (max(capacity, most)), of the row being built */
 	double *distance;
 };
 
@@ -191,8 +194,8 @@ static void gather_candidates(struct group *group, const uint32_t *centres, size
 	group->reach = -1;
 	if (spread > 2 * radius) /* the curve jumped: the points do not share neighbours */
 		return;
-	size_t count = find_within(group->neighbors, group->centre, spread + radius, CANDIDATES, group->found, group->square);
-	if (count == CANDIDATES) /* possibly cut short */
+	size_t count = find_within(group->neighbors, group->centre, spread + radius, group->capacity, group->found, group->square);
+	if (count == group->capacity) /* possibly cut short */
 		return;
 	group->count = count;
 	group->reach = spread + radius;
@@ -238,8 +241,6 @@ static bool row_from_candidates(struct group *group, size_t i, size_t *length, d
 			group->near_index[near] = (uint32_t)group->found[j];
 			near += square[j] <= limits[attempt];
 		}
-		if (near > group->most)
-			return false;
 		if (near < group->k)
 			continue;
 		sort_squares(group->near_square, group->near_index, near, limits[attempt], group->distance, group->index);
@@ -248,7 +249,8 @@ static bool row_from_candidates(struct group *group, size_t i, size_t *length, d
 		if (radius * radius > limits[attempt] * (1 - 1e-12))
 			continue;
 		size_t count = 0;
-		while (count < near && (group->distance[count] = sqrt(group->distance[count])) <= radius)
+		while (count < near && count < group->most &&
+		       (group->distance[count] = sqrt(group->distance[count])) <= radius)
 			settle_tie(group->distance, group->index, count++);
 		*length = count;
 		return true;
@@ -282,14 +284,17 @@ static gnp_status row_from_search(struct group *group, size_t i, struct gnp_scra
 
 static bool group_take(struct group *group, struct gnp_scratch *scratch)
 {
-	size_t row = group->most > CANDIDATES ? group->most : CANDIDATES;
-	group->found = gnp_scratch_take(scratch, CANDIDATES, sizeof(int));
-	group->x = gnp_scratch_take(scratch, CANDIDATES, sizeof(double));
-	group->y = gnp_scratch_take(scratch, CANDIDATES, sizeof(double));
-	group->z = gnp_scratch_take(scratch, CANDIDATES, sizeof(double));
+	/* The group's ball has about twice the radius of a row's. */
+	double expected = 8 * group->ratio * group->ratio * (double)group->k;
+	group->capacity = expected < CANDIDATES_MIN ? CANDIDATES_MIN : expected > CANDIDATES_MAX ? CANDIDATES_MAX : (size_t)expected;
+	size_t row = group->most > group->capacity ? group->most : group->capacity;
+	group->found = gnp_scratch_take(scratch, group->capacity, sizeof(int));
+	group->x = gnp_scratch_take(scratch, group->capacity, sizeof(double));
+	group->y = gnp_scratch_take(scratch, group->capacity, sizeof(double));
+	group->z = gnp_scratch_take(scratch, group->capacity, sizeof(double));
 	group->square = gnp_scratch_take(scratch, row, sizeof(double));
-	group->near_square = gnp_scratch_take(scratch, CANDIDATES + 1, sizeof(double));
-	group->near_index = gnp_scratch_take(scratch, CANDIDATES + 1, sizeof(uint32_t));
+	group->near_square = gnp_scratch_take(scratch, group->capacity + 1, sizeof(double));
+	group->near_index = gnp_scratch_take(scratch, group->capacity + 1, sizeof(uint32_t));
 	group->index = gnp_scratch_take(scratch, row + 1, sizeof(uint32_t));
 	group->distance = gnp_scratch_take(scratch, row + 1, sizeof(double));
 	return group->found && group->x && group->y && group->z && group->square && group->near_square &&
@@ -341,6 +346,12 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const u
 	for (size_t first = 0; first < rows; first += GROUP) {
 		size_t last = rows - first > GROUP ? first + GROUP : rows;
 		double widest = 0;
+		if (group.guess == 0) { /* nothing to go by yet */
+			size_t length;
+			gnp_status status = row_from_search(&group, centres[first], scratch, &length, &group.guess, error);
+			if (status != GNP_OK)
+				return status;
+		}
 		gather_candidates(&group, centres + first, last - first);
 		for (size_t row = first; row < last; row++) {
 			size_t i = centres[row], length = 0;

@@ -105,7 +105,7 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 	size_t start = neighborhoods->start[row], length = neighborhoods->start[row + 1] - start;
 	const double *distance = neighborhoods->distance + start;
 	*patch = (struct gnp_patch){.centre = centre, .buffer_count = length, .index = neighborhoods->index + start,
-	                            .u = u, .v = v, .w = w, .epsilon = GNP_PATCH_TAU * neighborhoods->r_k[row]};
+	                            .u = u, .v = v, .w = w, .epsilon = GNP_PATCH_TAU * distance[source->k - 1]};
 	while (patch->count < length && distance[patch->count] <= patch->epsilon)
 		patch->count++;
 	if (!(patch->epsilon > 0))
@@ -129,4 +129,24 @@ void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], doub
 	double d[3] = {point[0] - patch->origin[0], point[1] - patch->origin[1], point[2] - patch->origin[2]};
 	*u = dot(d, patch->frame[0]) / patch->scale_xy;
 	*v = dot(d, patch->frame[1]) / patch->scale_xy;
+}
+
+bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v)
+{
+	/* Sectors of 6 degrees: an empty run of 20 is a gap of at least 114 and at most 126. */
+	enum { SECTORS = 60, GAP = 20 };
+	bool seen[SECTORS] = {false};
+	static const double near = 1e-6; /* the point itself and its duplicates point nowhere */
+	for (size_t i = 0; i < patch->count; i++) {
+		double x = patch->u[i] - u, y = patch->v[i] - v;
+		if (x * x + y * y > near * near)
+			seen[(int)((atan2(y, x) / M_PI + 1) / 2 * (SECTORS - 1e-9))] = true;
+	}
+	int run = 0;
+	for (int s = 0; s < 2 * SECTORS; s++) {
+		run = seen[s % SECTORS] ? 0 : run + 1;
+		if (run >= GAP)
+			return true;
+	}
+	return false;
 }

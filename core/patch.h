@@ -1,12 +1,12 @@
 /* Patches: a neighbourhood of the cloud in its own frame and scale (the paper's eqs. local_pca and patch_eq).
  *
- * The patch of centre x is all points within epsilon = 1.1 r_k; with `support` above 1 it also sees the buffer out to
- * support * epsilon. Origin: the mean of the patch (not of the buffer). psi1, psi2, psi3: its principal axes,
+ * The patch of centre x is all points within epsilon = 1.1 r_k; a longer row of neighbours adds a buffer beyond it. Origin: the mean of the patch (not of the buffer). psi1, psi2, psi3: its principal axes,
  * psi3 on the side of the mean given normal, psi1 x psi2 = psi3. (u, v) are divided by the largest in-plane distance of a
  * patch point from the origin, heights w by max(2 std, delta0_ratio * epsilon). */
 #ifndef GNP_CORE_PATCH_H
 #define GNP_CORE_PATCH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,7 +17,7 @@
 struct gnp_patch {
 	uint32_t centre;       /* index of the point it was built round */
 	size_t count;          /* points within epsilon: the first `count` of the arrays */
-	size_t buffer_count;   /* points within support * epsilon */
+	size_t buffer_count;   /* points of the whole row */
 	const uint32_t *index; /* (buffer_count) ascending by distance from the centre */
 	double *u, *v, *w;     /* (buffer_count) scaled coordinates */
 	double epsilon;
@@ -29,11 +29,11 @@ struct gnp_patch {
 struct gnp_patch_source {
 	const double *points;  /* (n, 3) */
 	const double *normals; /* (n, 3) unit */
-	double support;        /* >= 1 */
+	size_t k;              /* neighbours, the centre included, that set epsilon */
 	double delta0_ratio;   /* > 0 */
 };
 
-/* Builds the patch of one row of neighbourhoods found with ratio 1.1 * support. u, v, w: (length of the row), filled.
+/* Builds the patch of one row of neighbourhoods, which holds at least k points. u, v, w: (length of the row), filled.
  * GNP_DEGENERATE when the points of the patch coincide. */
 gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct gnp_neighborhoods *neighborhoods,
                            size_t row, uint32_t centre, double *u, double *v, double *w, struct gnp_patch *patch,
@@ -41,5 +41,8 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 
 /* Scaled in-plane coordinates of a point in space. */
 void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], double *u, double *v);
+
+/* Whether the patch's points leave a gap of more than 120 degrees round (u, v): the point lies on an open boundary. */
+bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v);
 
 #endif

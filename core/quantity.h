@@ -25,11 +25,18 @@
 	X(GNP_MEAN_CURVATURE, "mean_curvature", 0, 1, 1, 1, "H = tr W / 2, -1/R on a sphere [1/length]")                      \
 	X(GNP_PRINCIPAL_CURVATURES, "principal_curvatures", 1, 2, 1, 2, "k1 >= k2, eigenvalues of W [1/length]")              \
 	X(GNP_PRINCIPAL_DIRECTIONS, "principal_directions", 2, 2, 3, 6, "unit vectors in space for k1 and k2")                \
-	X(GNP_SURFACE_COEFFICIENTS, "surface_coefficients", 1, 0, 1, 0, "Legendre coefficients of h/scale[1]")                \
+	X(GNP_SURFACE_COEFFICIENTS, "surface_coefficients", 1, 0, 1, 0, "coefficients of h/scale[1] in the basis of the fit")                \
 	X(GNP_FRAME, "frame", 2, 3, 3, 9, "rows psi1, psi2, psi3 of the patch")                                               \
 	X(GNP_ORIGIN, "origin", 1, 3, 1, 3, "o, the mean of the patch [length]")                                              \
 	X(GNP_SCALE, "scale", 1, 2, 1, 2, "lengths that (u, v) and h are divided by in the patch [length]")                   \
-	X(GNP_RESIDUAL, "residual", 0, 1, 1, 1, "root mean square of the heights' misfit over the patch [length]")
+	X(GNP_RESIDUAL, "residual", 0, 1, 1, 1, "root mean square of the heights' misfit over the patch [length]")                     \
+	X(GNP_POINTS_STDERR, "points_stderr", 0, 1, 1, 1, "standard error of the height of points [length]")                  \
+	X(GNP_NORMALS_STDERR, "normals_stderr", 0, 1, 1, 1, "standard error of the normal's direction [radian]")              \
+	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")         \
+	X(GNP_MEAN_CURVATURE_STDERR, "mean_curvature_stderr", 0, 1, 1, 1, "standard error of H [1/length]")                   \
+	X(GNP_PRINCIPAL_CURVATURES_STDERR, "principal_curvatures_stderr", 1, 2, 1, 2, "standard errors of k1, k2 [1/length]") \
+	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface")                    \
+	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary")
 
 enum gnp_quantity {
 #define GNP_QUANTITY_ENUM(id, name, rank, rows, columns, width, help) id,
@@ -52,6 +59,11 @@ const struct gnp_quantity_info *gnp_quantity_info(enum gnp_quantity quantity);
 bool gnp_quantity_find(const char *name, size_t length, enum gnp_quantity *quantity);
 
 #define GNP_QUANTITY_BIT(quantity) (UINT64_C(1) << (quantity))
+/* Those only an estimator with error bars has, and those only one that judges outliers has. */
+#define GNP_QUANTITY_STDERR                                                                                \
+	(GNP_QUANTITY_BIT(GNP_POINTS_STDERR) | GNP_QUANTITY_BIT(GNP_NORMALS_STDERR) |                          \
+	 GNP_QUANTITY_BIT(GNP_GAUSSIAN_CURVATURE_STDERR) | GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE_STDERR) |       \
+	 GNP_QUANTITY_BIT(GNP_PRINCIPAL_CURVATURES_STDERR))
 #define GNP_QUANTITY_ALL (GNP_QUANTITY_BIT(GNP_QUANTITY_COUNT) - 1)
 
 #endif

@@ -9,20 +9,27 @@
 #include <stdint.h>
 
 #include "legendre.h"
-#include "patch.h"
 #include "quantity.h"
 
-/* Height over a patch: h = scale_w * sum_i coefficients_i phi_i(u, v). Borrows both. */
+/* Height over the plane of a frame: h = scale_w * sum_i coefficients_i phi_i(u, v), (u, v) in units of scale_xy. */
 struct gnp_surface {
 	struct gnp_basis basis;
 	const double *coefficients;
-	const struct gnp_patch *patch;
+	double origin[3], frame[3][3]; /* rows psi1, psi2, psi3 */
+	double scale_xy, scale_w;
+	/* With error bars (Taylor basis only): the factor of regression.h and the noise variance in units of scale_w^2. */
+	const double *factor; /* NULL without */
+	double variance;
 };
+
+/* Scaled in-plane coordinates of a point in space. */
+void gnp_surface_locate(const struct gnp_surface *surface, const double point[3], double *u, double *v);
 
 /* The height and its derivatives in length units at scaled coordinates (u, v). */
 struct gnp_jet gnp_surface_jet(const struct gnp_surface *surface, double u, double v);
 
-/* Writes the quantities of `mask` (except surface_coefficients and residual, which the fit knows) at one point with scaled
+/* Writes the quantities of `mask` (of those that follow from the surface alone: neither
+ * surface_coefficients, residual, outlier nor boundary) at one point with scaled
  * coordinates (u, v) into row `row` of values[quantity]. */
 void gnp_surface_evaluate(const struct gnp_surface *surface, double u, double v, uint64_t mask, size_t row,
                           double *const values[GNP_QUANTITY_COUNT]);

@@ -18,6 +18,7 @@
 	X(GNP_STAGE_ORDER, "order")       \
 	X(GNP_STAGE_NEIGHBORS, "neighbors") \
 	X(GNP_STAGE_ORIENT, "orient")     \
+	X(GNP_STAGE_PREPARE, "prepare")   \
 	X(GNP_STAGE_ESTIMATE, "estimate") \
 	X(GNP_STAGE_ENCODE, "encode")     \
 	X(GNP_STAGE_DONE, "done")

@@ -24,7 +24,7 @@ static const struct gnp_tensor_info outputs[] = {
 };
 
 /* In the order of the enumerations in estimate.h. */
-static const char *const estimators[] = {"gmls", NULL};
+static const char *const estimators[] = {"gmls", "adaptive", NULL}; /* the order of enum gnp_estimator_kind */
 static const char *const covers[] = {"cover", "all", NULL};
 static const char *const bases[] = {"tensor", "total", NULL};
 static const char *const weights[] = {"quartic", "flat", "linear", NULL};

@@ -2,7 +2,7 @@
 #include "test.h"
 
 /* A patch in a turned frame, with anisotropic scales, whose height is a known polynomial of degree 4. */
-static const struct gnp_patch patch = {.origin = {1, -2, 3},
+static const struct gnp_surface patch = {.basis = {GNP_BASIS_TENSOR, 4}, .origin = {1, -2, 3},
                                        .frame = {{0.6, 0.8, 0}, {0, 0, 1}, {0.8, -0.6, 0}},
                                        .scale_xy = 0.5, .scale_w = 0.07};
 static double coefficients[25];
@@ -11,7 +11,9 @@ static struct gnp_surface surface(void)
 {
 	for (int i = 0; i < 25; i++)
 		coefficients[i] = 0.4 * cos(2.0 * i + 1);
-	return (struct gnp_surface){{GNP_BASIS_TENSOR, 4}, coefficients, &patch};
+	struct gnp_surface s = patch;
+	s.coefficients = coefficients;
+	return s;
 }
 
 /* All quantities at scaled (u, v), one array of 16 doubles each. */
@@ -22,7 +24,7 @@ static void evaluate(double u, double v)
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
 		values[q] = store[q];
 	struct gnp_surface s = surface();
-	gnp_surface_evaluate(&s, u, v, GNP_QUANTITY_ALL & ~GNP_QUANTITY_BIT(GNP_SURFACE_COEFFICIENTS), 0, values);
+	gnp_surface_evaluate(&s, u, v, GNP_QUANTITY_ALL & ~(GNP_QUANTITY_BIT(GNP_SURFACE_COEFFICIENTS) | GNP_QUANTITY_STDERR), 0, values);
 }
 
 /* sigma at physical in-plane coordinates. */

@@ -1,0 +1,177 @@
+#include "outliers.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cover.h"
+#include "least_squares.h"
+#include "memory.h"
+#include "patch.h"
+#include "select.h"
+#include "taylor.h"
+
+enum {
+	SERVED = 12,     /* points a judging patch serves: each point is judged about JUDGED / SERVED times */
+	JUDGED = 50,     /* nearest points a patch judges */
+	POINTS = 130,    /* points it fits */
+	FRAMED = 50,     /* nearest points that set its frame */
+	DEGREE = 5, SIZE = 21, STRIDE = 24,
+	ABSOLUTE_STEPS = 4, TUKEY_STEPS = 6,
+	PATCHES_A_CHUNK = 32
+};
+static const double cut = 5, tukey = 4.7;
+
+struct judgement {
+	uint32_t point;
+	float ratio; /* misfit over the patch's scale */
+};
+
+struct work {
+	const struct gnp_patch_source *source;
+	const struct gnp_neighbors *neighbors;
+	const struct gnp_cover *cover;
+	size_t fitted, judged; /* POINTS and JUDGED, or all points of a smaller cloud */
+	struct judgement *judgements; /* (patches, judged) */
+	size_t *start;                /* (points + 1) of each point's judgements in ratios */
+	float *ratios;
+	unsigned char *outlier;
+};
+
+struct robust_fit {
+	double rows[POINTS * STRIDE], weight[POINTS], misfit[POINTS], sorted[POINTS];
+	double gram[STRIDE * STRIDE], moment[STRIDE];
+};
+
+static void reweight(struct robust_fit *fit, size_t count, double scale, int step)
+{
+	for (size_t i = 0; i < count; i++) {
+		double e = fit->misfit[i];
+		if (step < ABSOLUTE_STEPS - 1) {
+			fit->weight[i] = 0.3 * scale / fmax(e, 0.3 * scale);
+		} else {
+			double t = 1 - e * e / (tukey * tukey * scale * scale);
+			fit->weight[i] = t > 0 ? t * t : 0;
+		}
+	}
+}
+
+/* Leaves the misfits of the patch's points in fit and returns their scale; negative when the fit is singular. */
+static double robust_scale(const struct gnp_patch *patch, size_t count, struct robust_fit *fit)
+{
+	double scale = -1, dof = sqrt((double)count / fmax((double)count - SIZE, 8));
+	double reach = hypot(patch->u[count - 1], patch->v[count - 1]);
+	double *u = fit->misfit, *v = fit->sorted;
+	for (size_t i = 0; i < count; i++) {
+		u[i] = patch->u[i] / reach;
+		v[i] = patch->v[i] / reach;
+		fit->weight[i] = 1;
+	}
+	gnp_taylor_rows(DEGREE, u, v, count, STRIDE, fit->rows);
+	for (int step = 0; step < ABSOLUTE_STEPS + TUKEY_STEPS; step++) {
+		gnp_normal_equations(fit->rows, fit->weight, patch->w, count, STRIDE, fit->gram, fit->moment);
+		for (size_t i = 0; i < SIZE; i++)
+			fit->gram[i * STRIDE + i] += 1e-9;
+		if (!gnp_cholesky_factor(fit->gram, SIZE, STRIDE, 1e-14))
+			return -1;
+		gnp_cholesky_forward(fit->gram, SIZE, STRIDE, fit->moment, fit->moment);
+		gnp_cholesky_backward(fit->gram, SIZE, STRIDE, fit->moment, fit->moment);
+		for (size_t i = 0; i < count; i++) {
+			double sum = patch->w[i];
+			for (size_t j = 0; j < SIZE; j++)
+				sum -= fit->rows[i * STRIDE + j] * fit->moment[j];
+			fit->misfit[i] = fabs(sum);
+		}
+		memcpy(fit->sorted, fit->misfit, count * sizeof(double));
+		scale = fmax(1.4826 * dof * gnp_median(fit->sorted, count), 1e-12);
+		reweight(fit, count, scale, step);
+	}
+	return scale;
+}
+
+static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	struct work *work = context;
+	struct gnp_neighborhoods found;
+	gnp_status status = gnp_neighborhoods_find(work->neighbors, work->cover->centre + begin, end - begin, work->fitted, 1,
+	                                           work->fitted, scratch, &found, error);
+	if (status != GNP_OK)
+		return status;
+	struct robust_fit *fit = gnp_scratch_take(scratch, 1, sizeof *fit);
+	double *u = gnp_scratch_take(scratch, 3 * work->fitted, sizeof *u);
+	if (!fit || !u)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "outliers: no memory for a patch of %zu points", work->fitted);
+	for (size_t p = begin; p < end; p++) {
+		struct gnp_patch patch;
+		status = gnp_patch_build(work->source, &found, p - begin, work->cover->centre[p], u, u + work->fitted,
+		                         u + 2 * work->fitted, &patch, error);
+		if (status != GNP_OK)
+			return status;
+		double scale = robust_scale(&patch, patch.buffer_count, fit);
+		struct judgement *out = work->judgements + p * work->judged;
+		for (size_t i = 0; i < work->judged; i++)
+			out[i] = (struct judgement){patch.index[i], scale > 0 ? (float)(fit->misfit[i] / scale) : 0};
+	}
+	return GNP_OK;
+}
+
+static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	struct work *work = context;
+	(void)scratch;
+	(void)error;
+	for (size_t p = begin; p < end; p++) {
+		double values[256];
+		size_t count = work->start[p + 1] - work->start[p];
+		count = count < 256 ? count : 256;
+		for (size_t i = 0; i < count; i++)
+			values[i] = work->ratios[work->start[p] + i];
+		work->outlier[p] = gnp_median(values, count) > cut;
+	}
+	return GNP_OK;
+}
+
+/* Judgements by patch to judgements by point. */
+static void collect(struct work *work, size_t count)
+{
+	size_t total = work->cover->count * work->judged;
+	for (size_t i = 0; i < total; i++)
+		work->start[work->judgements[i].point + 1]++;
+	for (size_t p = 0; p < count; p++)
+		work->start[p + 1] += work->start[p];
+	for (size_t i = total; i-- > 0;)
+		work->ratios[--work->start[work->judgements[i].point + 1]] = work->judgements[i].ratio;
+	/* filling from the back has moved each start to its own place, one slot late */
+	memmove(work->start, work->start + 1, count * sizeof *work->start);
+	work->start[count] = total;
+}
+
+gnp_status gnp_outliers_find(const double *points, const double *normals, size_t count,
+                             const struct gnp_neighbors *neighbors, struct gnp_pool *pool, struct gnp_task *task,
+                             unsigned char *outlier, struct gnp_error *error)
+{
+	struct gnp_cover cover = {0};
+	gnp_status status = gnp_cover_greedy(neighbors, points, count, &(struct gnp_cover_rule){.fixed = SERVED}, pool, task,
+	                                     &cover, error);
+	if (status != GNP_OK)
+		return status;
+	struct gnp_patch_source source = {points, normals, count < FRAMED ? count : FRAMED, 1e-9};
+	struct work work = {.source = &source, .neighbors = neighbors, .cover = &cover, .outlier = outlier,
+	                    .fitted = count < POINTS ? count : POINTS, .judged = count < JUDGED ? count : JUDGED};
+	work.judgements = gnp_array_new(cover.count, work.judged * sizeof *work.judgements);
+	work.ratios = gnp_array_new(cover.count, work.judged * sizeof *work.ratios);
+	work.start = gnp_array_zero(count + 2, sizeof *work.start);
+	if (!work.judgements || !work.ratios || !work.start)
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "outliers: no memory for %zu points", count);
+	if (status == GNP_OK)
+		status = gnp_pool_run(pool, task, cover.count, PATCHES_A_CHUNK, judge_chunk, &work, error);
+	if (status == GNP_OK) {
+		collect(&work, count);
+		status = gnp_pool_run(pool, task, count, 4096, verdict_chunk, &work, error);
+	}
+	free(work.judgements);
+	free(work.ratios);
+	free(work.start);
+	gnp_cover_clear(&cover);
+	return status;
+}

@@ -1,0 +1,13 @@
+/* Order statistics of small arrays. */
+#ifndef GNP_CORE_SELECT_H
+#define GNP_CORE_SELECT_H
+
+#include <stddef.h>
+
+/* The k-th smallest (k from 0) of count > k values, which are reordered. */
+double gnp_select(double *values, size_t count, size_t k);
+
+/* The median (the lower one of an even count), reordering the values; 0 for none. */
+double gnp_median(double *values, size_t count);
+
+#endif
