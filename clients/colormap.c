@@ -5,12 +5,7 @@
 #include <string.h>
 
 #include "memory.h"
-
-static int compare_doubles(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
+#include "vector.h"
 
 gnp_status gnp_colormap_limits(const double *values, size_t count, struct gnp_value_range *limits,
                                struct gnp_error *error)
@@ -24,7 +19,7 @@ gnp_status gnp_colormap_limits(const double *values, size_t count, struct gnp_va
 			sorted[finite++] = values[i];
 	double low = 0, high = 1;
 	if (finite) {
-		qsort(sorted, finite, sizeof *sorted, compare_doubles);
+		qsort(sorted, finite, sizeof *sorted, gnp_double_compare);
 		low = sorted[(size_t)(0.02 * (double)(finite - 1))];
 		high = sorted[(size_t)ceil(0.98 * (double)(finite - 1))];
 	}

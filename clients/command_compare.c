@@ -6,6 +6,7 @@
 #include "command.h"
 #include "fields.h"
 #include "file_io.h"
+#include "vector.h"
 
 static const struct gnp_option options[] = {
 	{"json", 0, NULL, "one JSON object instead of a table"},
@@ -32,11 +33,6 @@ static void add(struct report *report, const char *name, const char *meaning, do
 	report->measures[report->count++] = (struct measure){name, meaning, value};
 }
 
-static double dot(const double *a, const double *b)
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Mean of 1 - n.n', mean and largest angle, and the share on the right side. */
 static void compare_directions(const struct clouds *clouds, const double *n, const double *m, struct report *report)
 {
@@ -45,7 +41,7 @@ static void compare_directions(const struct clouds *clouds, const double *n, con
 		if (clouds->skip[i])
 			continue;
 		const double *a = n + 3 * i, *b = m + 3 * i;
-		double cosine = dot(a, b) / sqrt(dot(a, a) * dot(b, b));
+		double cosine = gnp_dot(a, b) / sqrt(gnp_dot(a, a) * gnp_dot(b, b));
 		double angle = acos(fmax(-1, fmin(1, cosine))) * 180 / M_PI;
 		sum += 1 - cosine;
 		angles += angle;
@@ -106,7 +102,7 @@ static gnp_status compare_points(const struct clouds *clouds, struct report *rep
 		if (clouds->skip[i])
 			continue;
 		double d[3] = {a[3 * i] - b[3 * i], a[3 * i + 1] - b[3 * i + 1], a[3 * i + 2] - b[3 * i + 2]};
-		sum += dot(d, d);
+		sum += gnp_dot(d, d);
 		used++;
 	}
 	free(a);

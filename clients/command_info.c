@@ -7,17 +7,12 @@
 #include "fields.h"
 #include "file_io.h"
 #include "memory.h"
+#include "vector.h"
 
 static const struct gnp_option options[] = {
 	{"input-format", 0, "NAME", "format of the input (default: by extension, else by its first bytes)"},
 	{"fields", 0, "A,B,...", "show these only (default: all)"},
 };
-
-static int compare_doubles(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
 
 /* name, type, shape, then least, quantiles, greatest, mean of the finite values, and how many are not finite. */
 static void print_spread(const char *label, double *values, size_t count)
@@ -33,7 +28,7 @@ static void print_spread(const char *label, double *values, size_t count)
 	printf("%-26s", label);
 	if (finite) {
 		static const double quantiles[] = {0, 0.02, 0.5, 0.98, 1};
-		qsort(values, finite, sizeof *values, compare_doubles);
+		qsort(values, finite, sizeof *values, gnp_double_compare);
 		for (size_t q = 0; q < sizeof quantiles / sizeof quantiles[0]; q++)
 			printf(" %11.4g", values[(size_t)(quantiles[q] * (double)(finite - 1) + 0.5)]);
 		printf(" %11.4g", sum / (double)finite);

@@ -11,6 +11,7 @@
 #include "neighbors.h"
 #include "render.h"
 #include "session.h"
+#include "vector.h"
 
 static const struct gnp_option options[] = {
 	{"output", 'o', "FILE", "the PNG to write (default: standard output)"},
@@ -85,12 +86,6 @@ static gnp_status search_radii(void *context, size_t begin, size_t end, struct g
 	return status;
 }
 
-static int compare_doubles(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
-
 /* Lone points would be drawn as large discs, so no disc is more than three times the median one. */
 static gnp_status limit_radii(double *radii, size_t count, struct gnp_error *error)
 {
@@ -98,7 +93,7 @@ static gnp_status limit_radii(double *radii, size_t count, struct gnp_error *err
 	if (!sorted)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "plot: no memory for %zu points", count);
 	memcpy(sorted, radii, count * sizeof *sorted);
-	qsort(sorted, count, sizeof *sorted, compare_doubles);
+	qsort(sorted, count, sizeof *sorted, gnp_double_compare);
 	double most = 3 * sorted[count / 2];
 	free(sorted);
 	for (size_t i = 0; i < count; i++)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "vector.h"
 
 enum { BITS = 21, RADIX_BITS = 11, RADIX = 1 << RADIX_BITS, SAMPLE_MAX = 4096 };
 
@@ -63,12 +64,6 @@ static struct keyed *radix_sort(struct keyed *from, struct keyed *to, size_t cou
 	return from;
 }
 
-static int ascending(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
-
 /* Least and largest coordinate along one axis, and those of the bulk: between the fifth and the ninety-fifth hundredth of
  * points taken at a fixed stride. */
 static void axis_bounds(const double *points, size_t count, int axis, double all[2], double bulk[2])
@@ -83,7 +78,7 @@ static void axis_bounds(const double *points, size_t count, int axis, double all
 	}
 	for (size_t i = 0; i < count; i += stride)
 		sample[taken++] = points[3 * i + (size_t)axis];
-	qsort(sample, taken, sizeof *sample, ascending);
+	qsort(sample, taken, sizeof *sample, gnp_double_compare);
 	bulk[0] = sample[taken / 20];
 	bulk[1] = sample[taken - 1 - taken / 20];
 }

@@ -10,6 +10,7 @@
 #include "memory.h"
 #include "outward.h"
 #include "pca.h"
+#include "vector.h"
 
 /* Terms of an edge's weight besides 1 - |agreement of normals|, and the largest weight told apart. On noisy and undersampled
  * surfaces leaving the tangent planes is the best sign of an edge that misleads; 1 .. 4 serve alike. */
@@ -51,11 +52,6 @@ struct graph {
 struct edge {
 	uint32_t from, to; /* to << 1 | opposite */
 };
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 static void between(const double *a, const double *b, double e[3])
 {
@@ -152,12 +148,12 @@ static uint16_t edge_key(const struct graph *graph, size_t i, size_t j)
 	const double *n = graph->normals + 3 * i, *m = graph->normals + 3 * j;
 	double e[3];
 	between(graph->points + 3 * i, graph->points + 3 * j, e);
-	double length = sqrt(dot(e, e)), along_n = 0, along_m = 0;
+	double length = sqrt(gnp_dot(e, e)), along_n = 0, along_m = 0;
 	if (length > 0) {
-		along_n = dot(n, e) / length;
-		along_m = dot(m, e) / length;
+		along_n = gnp_dot(n, e) / length;
+		along_m = gnp_dot(m, e) / length;
 	}
-	double agreement = dot(n, m) - 2 * along_n * along_m;
+	double agreement = gnp_dot(n, m) - 2 * along_n * along_m;
 	unsigned opposite = agreement < 0, level;
 	double narrow = fmin(graph->radius[i], graph->radius[j]);
 	if (length > long_ratio * narrow) {

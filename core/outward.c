@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "vector.h"
+
 static const double undecided = 0.05;
 
 struct surface {
@@ -10,11 +12,6 @@ struct surface {
 	size_t count;
 	double largest; /* radius */
 };
-
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
 
 /* The relative area of a member; the largest is 1. */
 static double weight(const struct surface *surface, size_t member)
@@ -41,8 +38,8 @@ static double flux(const struct surface *surface)
 	for (size_t m = 0; m < surface->count; m++) {
 		const double *p = surface->points + 3 * (size_t)surface->members[m];
 		double w = weight(surface, m), arm[3] = {p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]};
-		through += w * dot(arm, surface->normals + 3 * (size_t)surface->members[m]);
-		most += w * sqrt(dot(arm, arm));
+		through += w * gnp_dot(arm, surface->normals + 3 * (size_t)surface->members[m]);
+		most += w * sqrt(gnp_dot(arm, arm));
 	}
 	return most > 0 ? through / most : 0;
 }
@@ -63,7 +60,7 @@ static double extremes(const struct surface *surface)
 		if (weight(surface, m) == 0)
 			continue;
 		for (int a = 0; a < AXES; a++) {
-			double along = dot(axes[a], surface->points + 3 * (size_t)i);
+			double along = gnp_dot(axes[a], surface->points + 3 * (size_t)i);
 			if (along < low[a]) {
 				low[a] = along;
 				lowest[a] = i;
@@ -75,8 +72,8 @@ static double extremes(const struct surface *surface)
 		}
 	}
 	for (int a = 0; a < AXES; a++)
-		sum += dot(axes[a], surface->normals + 3 * (size_t)highest[a]) -
-		       dot(axes[a], surface->normals + 3 * (size_t)lowest[a]);
+		sum += gnp_dot(axes[a], surface->normals + 3 * (size_t)highest[a]) -
+		       gnp_dot(axes[a], surface->normals + 3 * (size_t)lowest[a]);
 	return sum / (2 * AXES);
 }
 

@@ -3,11 +3,7 @@
 #include <math.h>
 
 #include "eigen.h"
-
-static double dot(const double *a, const double *b)
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
+#include "vector.h"
 
 static void mean_point(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
 {
@@ -52,7 +48,7 @@ static void orient_frame(const struct gnp_patch_source *source, struct gnp_patch
 	double normal[3], skew = 0;
 	double(*psi)[3] = patch->frame;
 	mean_normal(source, patch, normal);
-	if (dot(normal, psi[2]) < 0)
+	if (gnp_dot(normal, psi[2]) < 0)
 		for (int c = 0; c < 3; c++)
 			psi[2][c] = -psi[2][c];
 	for (size_t i = 0; i < patch->count; i++) {
@@ -74,9 +70,9 @@ static void project(const struct gnp_patch_source *source, const struct gnp_patc
 	for (size_t i = 0; i < patch->buffer_count; i++) {
 		const double *p = source->points + 3 * (size_t)patch->index[i];
 		double d[3] = {p[0] - patch->origin[0], p[1] - patch->origin[1], p[2] - patch->origin[2]};
-		patch->u[i] = dot(d, patch->frame[0]);
-		patch->v[i] = dot(d, patch->frame[1]);
-		patch->w[i] = dot(d, patch->frame[2]);
+		patch->u[i] = gnp_dot(d, patch->frame[0]);
+		patch->v[i] = gnp_dot(d, patch->frame[1]);
+		patch->w[i] = gnp_dot(d, patch->frame[2]);
 	}
 }
 
@@ -127,8 +123,8 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], double *u, double *v)
 {
 	double d[3] = {point[0] - patch->origin[0], point[1] - patch->origin[1], point[2] - patch->origin[2]};
-	*u = dot(d, patch->frame[0]) / patch->scale_xy;
-	*v = dot(d, patch->frame[1]) / patch->scale_xy;
+	*u = gnp_dot(d, patch->frame[0]) / patch->scale_xy;
+	*v = gnp_dot(d, patch->frame[1]) / patch->scale_xy;
 }
 
 bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v)

@@ -3,21 +3,11 @@
 #include <math.h>
 #include <string.h>
 
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-	out[0] = a[1] * b[2] - a[2] * b[1];
-	out[1] = a[2] * b[0] - a[0] * b[2];
-	out[2] = a[0] * b[1] - a[1] * b[0];
-}
+#include "vector.h"
 
 static double normalize(double a[3])
 {
-	double length = sqrt(dot(a, a));
+	double length = sqrt(gnp_dot(a, a));
 	for (int i = 0; i < 3; i++)
 		a[i] /= length;
 	return length;
@@ -65,15 +55,15 @@ void gnp_geometry_from_chart(const double x[3], double derivative[5][3], struct 
 {
 	const double *v = derivative[1];
 	double n[3], t1[3], t2[3];
-	cross(derivative[0], v, n);
+	gnp_cross(derivative[0], v, n);
 	normalize(n);
 	memcpy(t1, derivative[0], sizeof t1);
 	double length = normalize(t1);
-	cross(n, t1, t2);
+	gnp_cross(n, t1, t2);
 
 	/* sigma_u = length t1, sigma_v = slope sigma_u + height t2 */
-	double slope = dot(v, t1) / length, height = dot(v, t2);
-	double l = dot(derivative[2], n), m = dot(derivative[3], n), nn = dot(derivative[4], n);
+	double slope = gnp_dot(v, t1) / length, height = gnp_dot(v, t2);
+	double l = gnp_dot(derivative[2], n), m = gnp_dot(derivative[3], n), nn = gnp_dot(derivative[4], n);
 	double l11 = l / (length * length), l12 = (m - slope * l) / (length * height);
 	double l22 = (nn - 2 * slope * m + slope * slope * l) / (height * height);
 	finish(x, n, t1, t2, l11, l12, l22, out);

@@ -11,6 +11,7 @@
 #include "estimate.h"
 #include "linalg.h"
 #include "shapes.h"
+#include "vector.h"
 
 enum { RUNS_MAX = 9 };
 
@@ -38,15 +39,9 @@ static const struct bench_case cases[] = {
 	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL},
 };
 
-static int ascending(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
-
 static double median(double *values, int count)
 {
-	qsort(values, (size_t)count, sizeof *values, ascending);
+	qsort(values, (size_t)count, sizeof *values, gnp_double_compare);
 	return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
 }
 

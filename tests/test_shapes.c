@@ -5,6 +5,7 @@
 
 #include "random.h"
 #include "shape_family.h"
+#include "vector.h"
 
 enum { COUNT = 2000 };
 
@@ -40,18 +41,6 @@ static struct gnp_sample sample_named(const char *name, size_t count)
 	return sample;
 }
 
-static double dot(const double *a, const double *b)
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double *a, const double *b, double *out)
-{
-	out[0] = a[1] * b[2] - a[2] * b[1];
-	out[1] = a[2] * b[0] - a[0] * b[2];
-	out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static double worse(double worst, double error)
 {
 	return error <= worst ? worst : error; /* NaN stays */
@@ -66,7 +55,7 @@ static void sphere_has_unit_curvatures(void)
 	for (size_t i = 0; i < s.count; i++) {
 		const double *n = s.normals + 3 * i, *x = s.exact + 3 * i;
 		worst = worse(worst, fabs(s.mean_curvature[i] + 1) + fabs(s.gaussian_curvature[i] - 1));
-		worst = worse(worst, fabs(dot(x, n) - 1) + fabs(dot(x, x) - 1));
+		worst = worse(worst, fabs(gnp_dot(x, n) - 1) + fabs(gnp_dot(x, x) - 1));
 		for (int r = 0; r < 3; r++)
 			for (int c = 0; c < 3; c++)
 				worst = worse(worst, fabs(s.second_form[9 * i + 3 * r + c] + (r == c) - n[r] * n[c]));
@@ -144,7 +133,7 @@ static void parameter_directions(const struct gnp_shape *shape, const double *p,
 		struct gnp_geometry geometry;
 		shape->family->evaluate(shape, 1, p, &geometry);
 		memcpy(n, strncmp(name, "genus", 5) ? p : geometry.normal, sizeof n);
-		double length = sqrt(dot(n, n));
+		double length = sqrt(gnp_dot(n, n));
 		for (int c = 0; c < 3; c++)
 			n[c] /= length;
 	}
@@ -183,22 +172,22 @@ static double difference_error(const struct gnp_shape *shape, const double *p)
 	double d[5][3], n[3], worst = 0;
 	shape->family->evaluate(shape, 1, p, &g);
 	difference_jet(shape, p, d);
-	cross(d[0], d[1], n);
-	double length = sqrt(dot(n, n));
+	gnp_cross(d[0], d[1], n);
+	double length = sqrt(gnp_dot(n, n));
 	for (int c = 0; c < 3; c++) {
 		n[c] /= length;
 		worst = worse(worst, fabs(n[c] - g.normal[c]));
 	}
-	double e = dot(d[0], d[0]), f = dot(d[0], d[1]), gg = dot(d[1], d[1]), det = e * gg - f * f;
-	double l = dot(d[2], n), m = dot(d[3], n), nn = dot(d[4], n);
+	double e = gnp_dot(d[0], d[0]), f = gnp_dot(d[0], d[1]), gg = gnp_dot(d[1], d[1]), det = e * gg - f * f;
+	double l = gnp_dot(d[2], n), m = gnp_dot(d[3], n), nn = gnp_dot(d[4], n);
 	double size = 1 + fabs(g.principal[0]) + fabs(g.principal[1]);
 	worst = worse(worst, fabs((l * gg - 2 * m * f + nn * e) / (2 * det) - g.mean) / size);
 	worst = worse(worst, fabs((l * nn - m * m) / det - g.gaussian) / (size * size));
 	const double want[3] = {l, m, nn};
 	for (int k = 0; k < 3; k++) {
 		const double *a = d[k / 2], *b = d[(k + 1) / 2];
-		double sb[3] = {dot(g.second_form, b), dot(g.second_form + 3, b), dot(g.second_form + 6, b)};
-		worst = worse(worst, fabs(dot(a, sb) - want[k]) / (size * sqrt(dot(a, a) * dot(b, b))));
+		double sb[3] = {gnp_dot(g.second_form, b), gnp_dot(g.second_form + 3, b), gnp_dot(g.second_form + 6, b)};
+		worst = worse(worst, fabs(gnp_dot(a, sb) - want[k]) / (size * sqrt(gnp_dot(a, a) * gnp_dot(b, b))));
 	}
 	return worst;
 }
@@ -257,9 +246,9 @@ static double tensor_error(const struct gnp_sample *s, size_t i)
 {
 	const double *t = s->second_form + 9 * i, *n = s->normals + 3 * i, *k = s->principal_curvatures + 2 * i;
 	double trace = t[0] + t[4] + t[8], square = 0, size = 1 + fabs(k[0]) + fabs(k[1]);
-	double worst = fabs(dot(n, n) - 1) + (k[0] >= k[1] ? 0 : 1);
+	double worst = fabs(gnp_dot(n, n) - 1) + (k[0] >= k[1] ? 0 : 1);
 	for (int r = 0; r < 3; r++) {
-		worst = worse(worst, fabs(dot(t + 3 * r, n)) / size);
+		worst = worse(worst, fabs(gnp_dot(t + 3 * r, n)) / size);
 		for (int c = 0; c < 3; c++) {
 			square += t[3 * r + c] * t[3 * c + r];
 			worst = worse(worst, fabs(t[3 * r + c] - t[3 * c + r]) / size);
@@ -297,11 +286,11 @@ static void triangle_integrals(const struct gnp_shape *shape, const double *a, c
 		v[k] = x[6 + k] - x[k];
 		center[k] = (a[k] + b[k] + c[k]) / 3;
 	}
-	cross(u, v, n);
+	gnp_cross(u, v, n);
 	shape->family->evaluate(shape, 1, center, &g);
-	double area = sqrt(dot(n, n)) / 2;
+	double area = sqrt(gnp_dot(n, n)) / 2;
 	sum[0] += g.gaussian * area;
-	sum[1] += dot(g.point, g.normal) / 3 * area;
+	sum[1] += gnp_dot(g.point, g.normal) / 3 * area;
 }
 
 /* Integral of K and enclosed volume: every triangle whole and in four, extrapolated to fourth order. */
@@ -384,7 +373,7 @@ static double radius(const struct gnp_shape *shape, const double *d)
 {
 	double x[3];
 	shape->family->place(shape, 1, d, x);
-	return sqrt(dot(x, x));
+	return sqrt(gnp_dot(x, x));
 }
 
 static void radial_has_mean_one_and_fills_its_range(void)
@@ -470,7 +459,7 @@ static void spacing(double *x, size_t count, double *least, double *mean)
 		for (int side = -1; side <= 1; side += 2)
 			for (size_t j = i + (size_t)side; j < count && fabs(x[3 * j] - x[3 * i]) < nearest; j += (size_t)side) {
 				double d[3] = {x[3 * j] - x[3 * i], x[3 * j + 1] - x[3 * i + 1], x[3 * j + 2] - x[3 * i + 2]};
-				nearest = fmin(nearest, sqrt(dot(d, d)));
+				nearest = fmin(nearest, sqrt(gnp_dot(d, d)));
 			}
 		*least = fmin(*least, nearest);
 		*mean += nearest / (double)count;

@@ -1,5 +1,6 @@
 #include "surface.h"
 #include "test.h"
+#include "vector.h"
 
 /* A patch in a turned frame, with anisotropic scales, whose height is a known polynomial of degree 4. */
 static const struct gnp_surface patch = {.basis = {GNP_BASIS_TENSOR, 4}, .origin = {1, -2, 3},
@@ -36,11 +37,6 @@ static void position(double x, double y, double out[3])
 		out[c] = patch.origin[c] + x * patch.frame[0][c] + y * patch.frame[1][c] + h * patch.frame[2][c];
 }
 
-static double dot(const double *a, const double *b)
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Oracle: first and second derivatives of the position by central differences, then the textbook formulas. */
 static void forms_match_differences_of_the_position(void)
 {
@@ -58,10 +54,10 @@ static void forms_match_differences_of_the_position(void)
 	}
 	for (int c = 0; c < 3; c++)
 		n[c] = su[(c + 1) % 3] * sv[(c + 2) % 3] - su[(c + 2) % 3] * sv[(c + 1) % 3];
-	double length = sqrt(dot(n, n));
+	double length = sqrt(gnp_dot(n, n));
 	for (int c = 0; c < 3; c++)
 		n[c] /= length;
-	double E = dot(su, su), F = dot(su, sv), G = dot(sv, sv), L = dot(suu, n), M = dot(suv, n), N = dot(svv, n);
+	double E = gnp_dot(su, su), F = gnp_dot(su, sv), G = gnp_dot(sv, sv), L = gnp_dot(suu, n), M = gnp_dot(suv, n), N = gnp_dot(svv, n);
 	double det = E * G - F * F, K = (L * N - M * M) / det, H = (L * G - 2 * M * F + N * E) / (2 * det);
 
 	evaluate(x / patch.scale_xy, y / patch.scale_xy);
@@ -115,12 +111,12 @@ static void principal_curvatures_diagonalise_the_shape_operator(void)
 		CHECK_NEAR(k[0] * k[1], store[GNP_GAUSSIAN_CURVATURE][0], 1e-12);
 		CHECK_NEAR((k[0] + k[1]) / 2, store[GNP_MEAN_CURVATURE][0], 1e-13);
 		CHECK_NEAR(store[GNP_SHAPE_OPERATOR][0] + store[GNP_SHAPE_OPERATOR][3], k[0] + k[1], 1e-13);
-		CHECK_NEAR(dot(d, d), 1, 1e-14);
-		CHECK_NEAR(dot(d + 3, d + 3), 1, 1e-14);
-		CHECK_NEAR(dot(d, d + 3), 0, 1e-13);
-		CHECK_NEAR(dot(d, store[GNP_NORMALS]), 0, 1e-14);
+		CHECK_NEAR(gnp_dot(d, d), 1, 1e-14);
+		CHECK_NEAR(gnp_dot(d + 3, d + 3), 1, 1e-14);
+		CHECK_NEAR(gnp_dot(d, d + 3), 0, 1e-13);
+		CHECK_NEAR(gnp_dot(d, store[GNP_NORMALS]), 0, 1e-14);
 		for (int i = 0; i < 2; i++) { /* II(d, d) with the direction's contravariant components */
-			double low[2] = {dot(d + 3 * i, tangent), dot(d + 3 * i, tangent + 3)};
+			double low[2] = {gnp_dot(d + 3 * i, tangent), gnp_dot(d + 3 * i, tangent + 3)};
 			double a = inverse[0] * low[0] + inverse[1] * low[1], b = inverse[2] * low[0] + inverse[3] * low[1];
 			CHECK_NEAR(second[0] * a * a + 2 * second[1] * a * b + second[3] * b * b, k[i], 1e-12);
 		}

@@ -2,6 +2,7 @@
 #include "random.h"
 #include "test.h"
 #include "validation.h"
+#include "vector.h"
 
 enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly a toroidal member */
 
@@ -27,21 +28,9 @@ struct answer {
 	double normals[3 * CENTRES], frame[9 * CENTRES], inverse[4 * CENTRES], form[4 * CENTRES], gaussian[CENTRES], mean[CENTRES];
 };
 
-static double dot(const double *a, const double *b)
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double *a, const double *b, double *out)
-{
-	out[0] = a[1] * b[2] - a[2] * b[1];
-	out[1] = a[2] * b[0] - a[0] * b[2];
-	out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
 static void normalize(double *a)
 {
-	double length = sqrt(dot(a, a));
+	double length = sqrt(gnp_dot(a, a));
 	for (int c = 0; c < 3; c++)
 		a[c] /= length;
 }
@@ -55,9 +44,9 @@ static void tilted_frame(const double *normal, struct gnp_random *random, double
 		other[c] = gnp_random_normal(random);
 	}
 	normalize(frame + 6);
-	cross(other, frame + 6, frame);
+	gnp_cross(other, frame + 6, frame);
 	normalize(frame);
-	cross(frame + 6, frame, frame + 3);
+	gnp_cross(frame + 6, frame, frame + 3);
 }
 
 /* The tensors by another way than the judge's: in-plane vectors lifted to the tangent plane along psi3, the metric from their
@@ -66,14 +55,14 @@ static void exact_tensors(const double *frame, const double *normal, const doubl
 {
 	double lifted[2][3], g[3];
 	for (int i = 0; i < 2; i++) {
-		double along = dot(frame + 3 * i, normal) / dot(frame + 6, normal);
+		double along = gnp_dot(frame + 3 * i, normal) / gnp_dot(frame + 6, normal);
 		for (int c = 0; c < 3; c++)
 			lifted[i][c] = frame[3 * i + c] - along * frame[6 + c];
-		CHECK_NEAR(dot(lifted[i], normal), 0, 1e-12);
+		CHECK_NEAR(gnp_dot(lifted[i], normal), 0, 1e-12);
 	}
-	g[0] = dot(lifted[0], lifted[0]);
-	g[1] = dot(lifted[0], lifted[1]);
-	g[2] = dot(lifted[1], lifted[1]);
+	g[0] = gnp_dot(lifted[0], lifted[0]);
+	g[1] = gnp_dot(lifted[0], lifted[1]);
+	g[2] = gnp_dot(lifted[1], lifted[1]);
 	double determinant = g[0] * g[2] - g[1] * g[1];
 	inverse[0] = g[2] / determinant;
 	inverse[1] = inverse[2] = -g[1] / determinant;
@@ -153,9 +142,9 @@ static void known_perturbations_give_known_errors(void)
 	scale(answer.mean, CENTRES, 0.96);
 	for (size_t i = 0; i < CENTRES; i++) {
 		double *normal = answer.normals + 3 * i, axis[3], side[3];
-		cross(normal, answer.frame + 9 * i, axis);
+		gnp_cross(normal, answer.frame + 9 * i, axis);
 		normalize(axis);
-		cross(axis, normal, side);
+		gnp_cross(axis, normal, side);
 		for (int c = 0; c < 3; c++)
 			normal[c] = cos(angle) * normal[c] + sin(angle) * side[c];
 	}

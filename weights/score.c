@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "vector.h"
+
 const char *gnp_score_name(enum gnp_score score)
 {
 	static const char *const names[GNP_SCORES] = {
@@ -31,16 +33,11 @@ uint64_t gnp_score_quantities(void)
 	return mask;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* g^-1 of the graph with the slopes h, and its tangents in space. */
 static void exact_first_order(const double frame[9], const double normal[3], double inverse[4], double tangents[2][3])
 {
 	const double *psi3 = frame + 6;
-	double n3 = dot(psi3, normal), h[2] = {-dot(frame, normal) / n3, -dot(frame + 3, normal) / n3};
+	double n3 = gnp_dot(psi3, normal), h[2] = {-gnp_dot(frame, normal) / n3, -gnp_dot(frame + 3, normal) / n3};
 	double determinant = 1 + h[0] * h[0] + h[1] * h[1];
 	inverse[0] = (1 + h[1] * h[1]) / determinant;
 	inverse[1] = inverse[2] = -h[0] * h[1] / determinant;
@@ -55,9 +52,9 @@ static void exact_second_form(const double ambient[9], double tangents[2][3], do
 	for (int j = 0; j < 2; j++) {
 		double image[3];
 		for (int c = 0; c < 3; c++)
-			image[c] = dot(ambient + 3 * c, tangents[j]);
+			image[c] = gnp_dot(ambient + 3 * c, tangents[j]);
 		for (int i = 0; i < 2; i++)
-			form[2 * i + j] = dot(tangents[i], image);
+			form[2 * i + j] = gnp_dot(tangents[i], image);
 	}
 }
 

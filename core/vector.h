@@ -1,0 +1,25 @@
+/* What many files need of three-vectors and of sorting numbers. */
+#ifndef GNP_CORE_VECTOR_H
+#define GNP_CORE_VECTOR_H
+
+static inline double gnp_dot(const double a[3], const double b[3])
+{
+	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* out must be neither a nor b. */
+static inline void gnp_cross(const double a[3], const double b[3], double out[3])
+{
+	out[0] = a[1] * b[2] - a[2] * b[1];
+	out[1] = a[2] * b[0] - a[0] * b[2];
+	out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* For qsort: ascending doubles, none of them NaN. */
+static inline int gnp_double_compare(const void *a, const void *b)
+{
+	double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+#endif
