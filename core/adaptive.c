@@ -12,26 +12,34 @@
 enum {
 	SERVED = 32,        /* points a representative stands for */
 	FRAMED = 50,        /* nearest points that set its frame */
-	LEVELS = 7,         /* supports tried */
-	POINTS_MAX = 760,   /* of the largest */
+	LEVELS = 6,         /* supports tried */
+	POINTS_MAX = 760,   /* of the largest, with room */
 	NEAR = 100,         /* nearest points whose representatives vote together */
 	VOTERS = 12,
-	CLIMB = 6,          /* priors tried a support */
+	RHOS = 3, TAUS = 7, PRIORS = RHOS * TAUS, /* priors tried a support */
 	REPRESENTATIVES_A_CHUNK = 24,
 	POINTS_A_SERVED = 60 /* of a support, for each point its patch may serve: those within a tenth or so of its reach */
 };
-static const size_t supports[LEVELS] = {44, 70, 112, 180, 288, 460, 730};
+static const size_t supports[LEVELS] = {32, 48, 90, 180, 360, 720};
 
-/* What a support of so many points says at a representative. */
+/* What one prior makes of one support at a representative. */
 struct verdict {
-	float log_variance; /* of the Hessian's posterior [1/length^2], relative to others of the cloud */
-	float log_length, log_tau;
+	float evidence;     /* minus infinity where nothing fits */
+	float log_variance; /* of the Hessian's posterior [1/length^2] */
+	float log_noise;    /* of the noise's standard deviation [length] */
+};
+
+/* A representative's view of a support. */
+struct view {
+	float log_radius;
+	struct verdict verdicts[PRIORS];
 };
 
 /* A representative's choice. */
 struct choice {
 	uint32_t points;
 	float length, tau;
+	float doubt; /* factor of the posterior's variances for what the support leaves unexplained */
 };
 
 struct state {
@@ -100,89 +108,60 @@ static struct gnp_regression regression_of(struct local *local, size_t count)
 	return regression;
 }
 
-/* Climbs the evidence over (rho, tau) from *prior by factors; returns the best, or minus infinity when nothing fits. */
-static double climb(const struct gnp_regression *regression, struct gnp_prior *prior, struct gnp_posterior *posterior, int most)
+/* The grid of priors: how fast orders fall off, and the size of third-order terms against the noise, from none to free. */
+static struct gnp_prior prior_at(int index)
 {
-	static const double step_rho = 1.6, step_tau = 3;
-	const double moves[4][2] = {{step_rho, 1}, {1 / step_rho, 1}, {1, step_tau}, {1, 1 / step_tau}};
-	double best = gnp_regression_condition(regression, *prior, posterior) ? posterior->evidence : -INFINITY;
-	int tried = 1, since = 0;
-	for (int m = 0; tried < most && since < 4; m = (m + 1) % 4, since++) {
-		struct gnp_prior next = {prior->rho * moves[m][0], prior->tau * moves[m][1]};
-		if (next.rho < 0.05 || next.rho > 8 || next.tau < 0.1 || next.tau > 1e7)
-			continue;
-		tried++;
-		if (gnp_regression_condition(regression, next, posterior) && posterior->evidence > best) {
-			best = posterior->evidence;
-			*prior = next;
-			since = -1;
-			m += 3; /* the same move again */
-		}
-	}
-	return best;
+	static const double rhos[RHOS] = {0.7, 1.3, 2.2}, thirds[TAUS] = {0.15, 0.5, 1.5, 5, 20, 200, 1e4};
+	double rho = rhos[index / TAUS];
+	return (struct gnp_prior){rho, thirds[index % TAUS] / (rho * rho * rho)};
 }
 
-static struct gnp_prior coarse(const struct gnp_regression *regression, struct gnp_posterior *posterior)
-{
-	static const double rhos[] = {0.4, 1, 2.2}, taus[] = {1, 10, 300, 1e4, 1e6};
-	struct gnp_prior best = {1, 10};
-	double highest = -INFINITY;
-	for (int r = 0; r < 3; r++)
-		for (int t = 0; t < 5; t++) {
-			const struct gnp_prior prior = {rhos[r], taus[t]};
-			if (gnp_regression_condition(regression, prior, posterior) && posterior->evidence > highest) {
-				highest = posterior->evidence;
-				best = prior;
-			}
-		}
-	return best;
-}
-
-/* log of the summed posterior variance of the Hessian at the centre. */
+/* log of the summed posterior variance of the Hessian at the centre, where its entries are coefficients. */
 static double hessian_log_variance(const struct gnp_posterior *posterior, double radius)
 {
-	double rows[6 * GNP_TAYLOR_STRIDE], c[36];
-	gnp_taylor_jets(GNP_TAYLOR_DEGREE, 0, 0, GNP_TAYLOR_STRIDE, rows);
-	gnp_regression_covariance(posterior->factor, rows, c);
-	return log(posterior->variance * (c[21] + 2 * c[28] + c[35])) - 2 * log(radius);
+	double uu = gnp_regression_variance(posterior->factor, 3), uv = gnp_regression_variance(posterior->factor, 4);
+	double vv = gnp_regression_variance(posterior->factor, 5);
+	return log(posterior->variance * (4 * uu + 2 * uv + 4 * vv)) - 2 * log(radius);
 }
 
-/* Tries every support, each starting from what the one inside it chose. */
-static void judge(const struct state *state, const struct gnp_patch *patch, struct local *local, struct verdict *verdicts)
+static struct verdict judge_prior(const struct gnp_regression *regression, int index, double radius,
+                                  struct gnp_posterior *posterior)
+{
+	if (!gnp_regression_condition(regression, prior_at(index), posterior))
+		return (struct verdict){-INFINITY, INFINITY, 0};
+	return (struct verdict){(float)posterior->evidence, (float)hessian_log_variance(posterior, radius),
+	                        (float)(0.5 * log(posterior->variance) + log(radius))};
+}
+
+/* Tries every prior on every support; the sums of a support go on into the next wider one. */
+static void judge(const struct state *state, const struct gnp_patch *patch, struct local *local, struct view *views)
 {
 	struct gnp_posterior posterior = {.factor = local->factor, .mean = local->mean};
 	struct gnp_regression sums = {.rows = local->rows, .gram = local->sums, .moment = local->sums_moment};
 	struct gnp_regression inner = {.gram = local->gram, .moment = local->moment};
-	struct gnp_prior prior = {1, 10};
-	double share = 0, last_share = 0;
+	double share = 0;
 	collect_usable(state, patch, supports[LEVELS - 1], local);
 	size_t count = fill_local(patch, supports[LEVELS - 1], local);
 	gnp_regression_clear(&sums);
 	for (int level = 0; level < LEVELS; level++) {
-		verdicts[level] = (struct verdict){INFINITY, 0, 0};
 		size_t from = sums.count, to = supports[level] < count ? supports[level] : count;
-		if (from == to)
-			continue;
 		for (size_t i = from; i < to; i++)
 			share = fmax(share, hypot(local->u[i], local->v[i]));
-		gnp_regression_add(&sums, local->u + from, local->v + from, local->y + from, local->ones, to - from);
+		if (from < to)
+			gnp_regression_add(&sums, local->u + from, local->v + from, local->y + from, local->ones, to - from);
 		gnp_regression_rescale(&sums, share, &inner);
-		if (level == 0)
-			prior = coarse(&inner, &posterior);
-		else
-			prior.rho = fmin(prior.rho * share / last_share, 8);
-		last_share = share;
-		if (!isfinite(climb(&inner, &prior, &posterior, CLIMB)) || !gnp_regression_condition(&inner, prior, &posterior))
-			continue;
-		double radius = share * local->radius, variance = hessian_log_variance(&posterior, radius);
-		verdicts[level] = (struct verdict){(float)variance, (float)log(radius / prior.rho), (float)log(prior.tau)};
+		double radius = share * local->radius;
+		views[level].log_radius = (float)log(radius);
+		for (int i = 0; i < PRIORS; i++)
+			views[level].verdicts[i] = from < to ? judge_prior(&inner, i, radius, &posterior)
+			                                     : (struct verdict){-INFINITY, INFINITY, 0};
 	}
 }
 
 struct work {
 	const struct gnp_fit_cloud *cloud;
 	struct state *state;
-	struct verdict *verdicts; /* (representatives, LEVELS) */
+	struct view *views;       /* (representatives, LEVELS) */
 	uint32_t *voters;         /* (representatives, VOTERS), itself first; ends early with itself again */
 };
 
@@ -223,33 +202,64 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 		                         error);
 		if (status != GNP_OK)
 			return status;
-		judge(work->state, &patch, local, work->verdicts + r * LEVELS);
+		judge(work->state, &patch, local, work->views + r * LEVELS);
 		find_voters(work->state, &patch, (uint32_t)r, work->voters + r * VOTERS);
 	}
 	return GNP_OK;
 }
 
-/* The support of smallest mean log variance among the voters that could judge it, and their mean prior there. */
+/* The voters' agreement on a support: the prior of highest joint evidence, and their means under it. */
+struct poll {
+	int prior; /* -1 when no prior fits at all of them */
+	double log_variance, log_noise, log_radius;
+};
+
+static struct poll poll(const struct work *work, const uint32_t *voters, int level)
+{
+	struct poll best = {.prior = -1};
+	double highest = -INFINITY;
+	for (int p = 0; p < PRIORS; p++) {
+		double evidence = 0;
+		struct poll mean = {.prior = p};
+		int votes = 0;
+		for (; votes < VOTERS && (votes == 0 || voters[votes] != voters[0]); votes++) {
+			const struct view *view = &work->views[(size_t)voters[votes] * LEVELS + level];
+			evidence += view->verdicts[p].evidence;
+			mean.log_variance += view->verdicts[p].log_variance;
+			mean.log_noise += view->verdicts[p].log_noise;
+			mean.log_radius += view->log_radius;
+		}
+		if (!(evidence > highest))
+			continue;
+		highest = evidence;
+		best = (struct poll){p, mean.log_variance / votes, mean.log_noise / votes, mean.log_radius / votes};
+	}
+	return best;
+}
+
+/* The support of smallest Hessian variance. A support too wide for the basis shows by more apparent noise than a narrower
+ * one; that excess is smooth, so a share of it bends the fit coherently: variance times 1 + share * points * excess. */
 static void choose(const struct work *work, size_t r, struct choice *choice)
 {
-	const uint32_t *voters = work->voters + r * VOTERS;
-	double lowest = INFINITY;
+	static const double coherent_share = 0.02;
+	struct poll polls[LEVELS];
+	double quietest = INFINITY, lowest = INFINITY;
 	for (int level = 0; level < LEVELS; level++) {
-		double variance = 0, length = 0, tau = 0;
-		int votes = 0;
-		for (int i = 0; i < VOTERS && (i == 0 || voters[i] != voters[0]); i++) {
-			const struct verdict *verdict = &work->verdicts[(size_t)voters[i] * LEVELS + level];
-			if (!isfinite(verdict->log_variance))
-				continue;
-			variance += verdict->log_variance;
-			length += verdict->log_length;
-			tau += verdict->log_tau;
-			votes++;
-		}
-		if (votes && variance / votes < lowest) {
-			lowest = variance / votes;
-			*choice = (struct choice){(uint32_t)supports[level], (float)exp(length / votes), (float)exp(tau / votes)};
-		}
+		polls[level] = poll(work, work->voters + r * VOTERS, level);
+		if (polls[level].prior >= 0)
+			quietest = fmin(quietest, polls[level].log_noise);
+	}
+	for (int level = 0; level < LEVELS; level++) {
+		const struct poll *p = &polls[level];
+		if (p->prior < 0)
+			continue;
+		double doubt = 1 + coherent_share * (double)supports[level] * (exp(2 * (p->log_noise - quietest)) - 1);
+		if (p->log_variance + log(doubt) >= lowest)
+			continue;
+		struct gnp_prior prior = prior_at(p->prior);
+		lowest = p->log_variance + log(doubt);
+		*choice = (struct choice){(uint32_t)supports[level], (float)(exp(p->log_radius) / prior.rho), (float)prior.tau,
+		                          (float)doubt};
 	}
 }
 
@@ -259,7 +269,7 @@ static gnp_status choose_chunk(void *context, size_t begin, size_t end, struct g
 	(void)scratch;
 	(void)error;
 	for (size_t r = begin; r < end; r++) {
-		work->state->choice[r] = (struct choice){(uint32_t)supports[0], 1, 1};
+		work->state->choice[r] = (struct choice){(uint32_t)supports[0], 1, 1, 1};
 		choose(work, r, &work->state->choice[r]);
 	}
 	return GNP_OK;
@@ -270,16 +280,16 @@ static gnp_status choose_supports(struct state *state, const struct gnp_fit_clou
 {
 	struct work work = {.cloud = cloud, .state = state};
 	size_t count = state->cover.count;
-	work.verdicts = gnp_array_new(count, LEVELS * sizeof *work.verdicts);
+	work.views = gnp_array_new(count, LEVELS * sizeof *work.views);
 	work.voters = gnp_array_new(count, VOTERS * sizeof *work.voters);
 	gnp_status status = GNP_OK;
-	if (!work.verdicts || !work.voters)
+	if (!work.views || !work.voters)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "adaptive: no memory for %zu representatives", count);
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, count, REPRESENTATIVES_A_CHUNK, judge_chunk, &work, error);
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, count, 1024, choose_chunk, &work, error);
-	free(work.verdicts);
+	free(work.views);
 	free(work.voters);
 	return status;
 }
@@ -398,7 +408,7 @@ static void fit_patch(const struct state *state, const struct gnp_patch *patch, 
 	*fit = (struct gnp_fit){.reduced = !solved, .residual = solved ? sqrt(posterior.variance) * local->radius : 0};
 	fit->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
 	                                    .scale_xy = local->radius, .scale_w = local->radius, .factor = factor,
-	                                    .variance = posterior.variance};
+	                                    .variance = posterior.variance, .doubt = choice->doubt};
 	memcpy(fit->surface.frame, patch->frame, sizeof patch->frame);
 	const double centre[3] = {patch->u[0] * patch->scale_xy, patch->v[0] * patch->scale_xy, patch->w[0] * patch->scale_w};
 	for (int c = 0; c < 3; c++)

@@ -5,7 +5,7 @@
 
 #include "least_squares.h"
 
-enum { FREE = 3 }; /* height and slopes: not penalised */
+enum { FREE = 6, FREE_ORDERS = 3 }; /* height, slopes and Hessian: not penalised */
 
 void gnp_regression_fill(struct gnp_regression *regression, const double *u, const double *v, const double *y,
                          const double *ones, size_t count)
@@ -72,10 +72,10 @@ static double ridges(struct gnp_prior prior, double *ridge)
 	for (unsigned j = 1; j <= GNP_TAYLOR_DEGREE; j++)
 		of_order[j] = of_order[j - 1] * shrink;
 	for (size_t i = 0; i < GNP_TAYLOR_SIZE; i++)
-		ridge[i] = order[i] < 2 ? 0 : factor[i] * of_order[order[i]];
-	/* 33 logarithms in closed form: the factorials' sum is a constant, the rest is linear in the orders */
-	static const double log_factorials = 123.75206952864697;
-	static const double orders = 166, penalised = 33;
+		ridge[i] = order[i] < FREE_ORDERS ? 0 : factor[i] * of_order[order[i]];
+	/* the logarithms in closed form: the factorials' sum is a constant, the rest is linear in the orders */
+	static const double log_factorials = 122.36577516752709;
+	static const double orders = 160, penalised = 30;
 	log_sum = log_factorials + penalised * log(of_order[0]) + orders * log(shrink);
 	return log_sum;
 }
@@ -121,4 +121,14 @@ void gnp_regression_covariance(const double *factor, const double *rows, double 
 				sum += z[k][i] * z[l][i];
 			covariance[6 * k + l] = covariance[6 * l + k] = sum;
 		}
+}
+
+double gnp_regression_variance(const double *factor, size_t coefficient)
+{
+	double z[GNP_TAYLOR_STRIDE] = {0}, sum = 0;
+	z[coefficient] = 1;
+	gnp_cholesky_forward(factor, GNP_TAYLOR_SIZE, GNP_TAYLOR_STRIDE, z, z);
+	for (size_t i = coefficient; i < GNP_TAYLOR_SIZE; i++)
+		sum += z[i] * z[i];
+	return sum;
 }

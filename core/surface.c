@@ -173,12 +173,12 @@ static void jet_covariance(const struct gnp_surface *surface, double u, double v
 	gnp_regression_covariance(surface->factor, rows, covariance);
 	/* The posterior takes its prior for certain. It is itself an estimate, and second derivatives feel it most: with this
 	 * factor, on noisy shapes of known geometry, 90 to 99 % of the true errors lie within two standard errors. */
-	static const double prior_doubt = 1.25;
+	static const double prior_doubt = 1.1;
 	double value = surface->scale_w, first = value / surface->scale_xy, second = prior_doubt * first / surface->scale_xy;
 	const double unit[6] = {value, first, first, second, second, second};
 	for (int i = 0; i < 6; i++)
 		for (int j = 0; j < 6; j++)
-			covariance[6 * i + j] *= surface->variance * unit[i] * unit[j];
+			covariance[6 * i + j] *= surface->doubt * surface->variance * unit[i] * unit[j];
 }
 
 /* Standard error of a quantity with this gradient by (h, h_u, h_v, h_uu, h_uv, h_vv), to first order. */

@@ -20,6 +20,7 @@ struct gnp_surface {
 	/* With error bars (Taylor basis only): the factor of regression.h and the noise variance in units of scale_w^2. */
 	const double *factor; /* NULL without */
 	double variance;
+	double doubt; /* factor of the posterior's covariance for what the model cannot express, >= 1 */
 };
 
 /* Scaled in-plane coordinates of a point in space. */

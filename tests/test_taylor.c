@@ -66,7 +66,7 @@ static double evidence_by_data_covariance(struct gnp_prior prior)
 			for (int d = 0; d <= GNP_TAYLOR_DEGREE; d++)
 				for (int b = 0; b <= d; b++, n++)
 					sum += rows[i * GNP_TAYLOR_STRIDE + n] * rows[j * GNP_TAYLOR_STRIDE + n] *
-					       (d < 2 ? 1e7 : prior.tau * prior.tau * pow(prior.rho, 2 * d) / (factorial(d - b) * factorial(b)));
+					       (d < 3 ? 1e7 : prior.tau * prior.tau * pow(prior.rho, 2 * d) / (factorial(d - b) * factorial(b)));
 			a[i][j] = sum;
 		}
 		a[i][POINTS] = y[i];
@@ -78,7 +78,7 @@ static double evidence_by_data_covariance(struct gnp_prior prior)
 			for (int j = POINTS; j >= k; j--)
 				a[i][j] -= a[i][k] / a[k][k] * a[k][j];
 	}
-	return -0.5 * (log_determinant + (POINTS - 3) * log(square / (POINTS - 3)));
+	return -0.5 * (log_determinant + (POINTS - 6) * log(square / (POINTS - 6)));
 }
 
 static void evidence_matches_the_data_covariance(void)
@@ -94,7 +94,7 @@ static void evidence_matches_the_data_covariance(void)
 	}
 }
 
-static void a_weak_prior_gives_least_squares_and_a_strong_one_a_plane(void)
+static void a_weak_prior_gives_least_squares_and_a_strong_one_a_quadric(void)
 {
 	struct gnp_regression regression = data();
 	struct gnp_posterior posterior = {.factor = factor, .mean = mean};
@@ -113,8 +113,10 @@ static void a_weak_prior_gives_least_squares_and_a_strong_one_a_plane(void)
 	}
 	CHECK(gnp_regression_condition(&regression, (struct gnp_prior){0.1, 1e-3}, &posterior));
 	gnp_regression_mean(&posterior);
-	for (int j = 3; j < GNP_TAYLOR_SIZE; j++)
+	for (int j = 6; j < GNP_TAYLOR_SIZE; j++)
 		CHECK_NEAR(mean[j], 0, 1e-6);
+	CHECK_NEAR(mean[3], -0.2, 0.02);
+	CHECK_NEAR(mean[4], 0.1, 0.02);
 }
 
 static void nested_sums_restate_to_any_radius(void)
@@ -146,7 +148,7 @@ static void too_few_points_are_refused(void)
 {
 	struct gnp_regression regression = data();
 	struct gnp_posterior posterior = {.factor = factor, .mean = mean};
-	gnp_regression_fill(&regression, u, v, y, ones, 3);
+	gnp_regression_fill(&regression, u, v, y, ones, 6);
 	CHECK(!gnp_regression_condition(&regression, (struct gnp_prior){1, 1}, &posterior));
 }
 
@@ -154,7 +156,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(rows_are_graded_monomials), TEST(jets_match_differences),
 	                                    TEST(evidence_matches_the_data_covariance),
-	                                    TEST(a_weak_prior_gives_least_squares_and_a_strong_one_a_plane),
+	                                    TEST(a_weak_prior_gives_least_squares_and_a_strong_one_a_quadric),
 	                                    TEST(nested_sums_restate_to_any_radius), TEST(too_few_points_are_refused)};
 	return RUN_TESTS(tests);
 }
