@@ -129,14 +129,16 @@ void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], doub
 
 bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v)
 {
-	/* Sectors of 6 degrees: an empty run of 20 is a gap of at least 114 and at most 126. */
+	/* Sectors of equal length round the diamond |x| + |y| = 1, about 6 degrees each: no arc tangent a point. */
 	enum { SECTORS = 60, GAP = 20 };
 	bool seen[SECTORS] = {false};
 	static const double near = 1e-6; /* the point itself and its duplicates point nowhere */
 	for (size_t i = 0; i < patch->count; i++) {
-		double x = patch->u[i] - u, y = patch->v[i] - v;
-		if (x * x + y * y > near * near)
-			seen[(int)((atan2(y, x) / M_PI + 1) / 2 * (SECTORS - 1e-9))] = true;
+		double x = patch->u[i] - u, y = patch->v[i] - v, size = fabs(x) + fabs(y);
+		if (size <= near)
+			continue;
+		double turn = x >= 0 ? (y >= 0 ? y : 4 * size + y) / size : 2 - y / size; /* quarter turns, 0..4 */
+		seen[(int)(turn * (SECTORS / 4 - 1e-9))] = true;
 	}
 	int run = 0;
 	for (int s = 0; s < 2 * SECTORS; s++) {

@@ -42,7 +42,7 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 /* Scaled in-plane coordinates of a point in space. */
 void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], double *u, double *v);
 
-/* Whether the patch's points leave a gap of more than 120 degrees round (u, v): the point lies on an open boundary. */
+/* Whether the patch's points leave a gap of more than about 120 degrees (113 to 126) round (u, v): the point lies on an open boundary. */
 bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v);
 
 #endif
