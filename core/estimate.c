@@ -387,11 +387,13 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options)
 {
 	/* order 4, points and normals 48, search tree 80, cover 16; orientation's graph 250, gone before the outputs fill */
-	enum { PREPARED = 148, ORIENTATION = 250, FIXED = 16 << 20 };
+	/* an estimator that looks at the whole cloud first: judgements of outliers 90, verdicts on supports 80, its choices 20 */
+	enum { PREPARED = 148, ORIENTATION = 250, SURVEYED = 190, FIXED = 16 << 20 };
 	size_t width = 0, size = gnp_basis_size(basis_of(options));
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
 		if (options->quantities & GNP_QUANTITY_BIT(q))
 			width += quantity_width((enum gnp_quantity)q, size);
 	size_t outputs = width * sizeof(double);
-	return FIXED + count * (PREPARED + (outputs > ORIENTATION ? outputs : ORIENTATION));
+	size_t prepared = PREPARED + (estimator_of(options)->prepare ? SURVEYED : 0);
+	return FIXED + count * (prepared + (outputs > ORIENTATION ? outputs : ORIENTATION));
 }

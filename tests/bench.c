@@ -25,18 +25,19 @@ struct row {
 struct bench_case {
 	const char *name, *shape;
 	size_t points;
-	int runs, cover, k, with_normals;
+	int runs, estimator, cover, k, with_normals;
 	uint64_t quantities; /* 0: the default ones */
 };
 
 static const struct bench_case cases[] = {
-	{"estimate_all_100k", "toroidal", 100000, 7, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL},
-	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_COVER_COVER, 30, 0, 0},
-	{"estimate_all_2k", "toroidal", 2000, 9, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL},
+	{"estimate_all_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL},
+	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 0, 0},
+	{"adaptive_all_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_ADAPTIVE, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_2k", "toroidal", 2000, 9, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
+	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL},
 };
 
 static double median(double *values, int count)
@@ -88,6 +89,7 @@ static gnp_status timed_runs(const struct bench_case *test, const struct gnp_clo
                              struct row *row, struct gnp_error *error)
 {
 	struct gnp_estimate_options options = gnp_estimate_defaults();
+	options.estimator = test->estimator;
 	options.cover = test->cover;
 	options.k = test->k;
 	options.quantities = test->quantities ? test->quantities : options.quantities;
@@ -167,9 +169,9 @@ static void write_row(FILE *out, const struct bench_case *test, const struct row
 		fprintf(out, ", \"seconds_%s\": %.4f", gnp_stage_name((enum gnp_stage)s), row->stage[s]);
 	fprintf(out, ", \"peak_bytes\": %.0f, \"bytes_a_point\": %.0f, \"sgemm_flops\": %.4g}%s\n", row->bytes,
 	        row->bytes / (double)test->points, row->sgemm, last ? "" : ",");
-	printf("%-34s %8zu points %8.4f s  (order %.3f neighbors %.3f orient %.3f estimate %.3f)  %5.0f B/point  sgemm %.0f GFLOP/s\n",
+	printf("%-34s %8zu points %8.4f s  (order %.3f neighbors %.3f orient %.3f prepare %.3f estimate %.3f)  %5.0f B/point  sgemm %.0f GFLOP/s\n",
 	       test->name, test->points, row->seconds, row->stage[GNP_STAGE_ORDER], row->stage[GNP_STAGE_NEIGHBORS],
-	       row->stage[GNP_STAGE_ORIENT], row->stage[GNP_STAGE_ESTIMATE], row->bytes / (double)test->points, 1e-9 * row->sgemm);
+	       row->stage[GNP_STAGE_ORIENT], row->stage[GNP_STAGE_PREPARE], row->stage[GNP_STAGE_ESTIMATE], row->bytes / (double)test->points, 1e-9 * row->sgemm);
 	fflush(stdout);
 }
 

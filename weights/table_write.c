@@ -128,7 +128,8 @@ static const char *const MARKS_NOTE =
 	"normal a hundred times better and the metric three thousand times worse than at k = 30): those columns are not judged there.";
 
 static const char *const NORMALS_NOTE =
-	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward.";
+	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward;\n"
+	"adaptive also leaves out of a patch the points whose normals are turned away from its centre's.";
 
 static const char *const RULE_NOTE =
 	"The paper's toroidal law has members folded more sharply than the spacing of the points, which no patch can resolve. A draw\n"
