@@ -4,6 +4,11 @@
 
 #include <stddef.h>
 
+/* OpenBLAS picks its kernels by processor model before main runs, and takes a model newer than itself for an old one. Where
+ * the environment does not say which to take (OPENBLAS_CORETYPE), this names those of the instruction set that is there and
+ * starts the program anew with the same arguments; it returns when there is nothing to do or that fails. First in main. */
+void gnp_linalg_restart(char **argv);
+
 /* Keeps BLAS in the calling thread. Call once before the first use, from one thread. */
 void gnp_linalg_init(void);
 

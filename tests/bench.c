@@ -181,6 +181,7 @@ int main(int argc, char **argv)
 		fprintf(stderr, "usage: bench OUT.json [CASE]\n");
 		return 2;
 	}
+	gnp_linalg_restart(argv);
 	gnp_linalg_init();
 	FILE *out = fopen(argv[1], "w");
 	if (!out) {
