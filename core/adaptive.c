@@ -10,7 +10,7 @@
 #include "regression.h"
 
 enum {
-	SERVED = 32,        /* points a representative stands for */
+	SERVED = 64,        /* points a representative stands for */
 	FRAMED = 50,        /* nearest points that set its frame */
 	LEVELS = 6,         /* supports tried */
 	POINTS_MAX = 760,   /* of the largest, with room */
