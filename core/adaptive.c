@@ -66,14 +66,11 @@ struct local {
 /* Points of the patch that may lie on the centre's sheet and are no outliers. */
 static void collect_usable(const struct state *state, const struct gnp_patch *patch, size_t most, struct local *local)
 {
-	static const double turned_away = 0.1; /* cosine between normals of one sheet is above this */
 	const double *normal = state->normals + 3 * (size_t)patch->centre;
 	local->usable_count = 0;
 	for (size_t i = 0; i < patch->buffer_count && local->usable_count < most; i++) {
 		size_t point = patch->index[i];
-		const double *n = state->normals + 3 * point;
-		double cosine = n[0] * normal[0] + n[1] * normal[1] + n[2] * normal[2];
-		if (!state->outlier[point] && cosine > turned_away)
+		if (!state->outlier[point] && gnp_same_sheet(state->normals + 3 * point, normal))
 			local->usable[local->usable_count++] = (uint32_t)i;
 	}
 }
@@ -186,7 +183,7 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;
 	size_t reach = POINTS_MAX < cloud->count ? POINTS_MAX : cloud->count;
-	const struct gnp_patch_source source = {cloud->points, cloud->normals, FRAMED < reach ? FRAMED : reach, 1e-9};
+	const struct gnp_patch_source source = {cloud->points, cloud->normals, FRAMED < reach ? FRAMED : reach, 1e-9, true};
 	struct gnp_neighborhoods found;
 	gnp_status status = gnp_neighborhoods_find(cloud->neighbors, work->state->cover.centre + begin, end - begin, reach, 1,
 	                                           reach, scratch, &found, error);

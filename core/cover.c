@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "patch.h"
 
 enum { BLOCK = 2048, NOT_SERVED = 0, SERVED = 1 };
 
@@ -50,6 +51,11 @@ struct greedy {
 	size_t *patches; /* (blocks) patches found in each; their rows stand at the block's first point */
 };
 
+static bool may_serve(const struct gnp_cover_rule *rule, size_t centre, size_t point)
+{
+	return !rule->normals || gnp_same_sheet(rule->normals + 3 * centre, rule->normals + 3 * point);
+}
+
 static gnp_status cover_block(void *context, size_t first, size_t last, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct greedy *greedy = context;
@@ -77,7 +83,8 @@ static gnp_status cover_block(void *context, size_t first, size_t last, struct g
 		state[i - first] = SERVED;
 		cover->member[members++] = (uint32_t)i;
 		for (size_t j = 0; serve > 1 && j < serve; j++)
-			if (index[j] >= first && index[j] < last && state[index[j] - first] == NOT_SERVED) {
+			if (index[j] >= first && index[j] < last && state[index[j] - first] == NOT_SERVED &&
+			    may_serve(rule, i, index[j])) {
 				state[index[j] - first] = SERVED;
 				cover->member[members++] = index[j];
 			}

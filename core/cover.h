@@ -25,6 +25,7 @@ struct gnp_cover_rule {
 	size_t fixed; /* >= 1: the same everywhere, unless: */
 	size_t (*served)(const void *context, uint32_t centre); /* 1..fixed */
 	const void *context;
+	const double *normals; /* (points, 3) unit: serve only points of the centre's sheet (patch.h); NULL: any */
 };
 
 /* A greedy cover: along the curve, each point not yet served becomes a centre and serves those of its nearest, as many as

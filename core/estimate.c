@@ -160,7 +160,8 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const struct gnp_patch_source source = {prepared->points, prepared->normals, work->k, work->estimator->delta0_ratio};
+	const struct gnp_patch_source source = {prepared->points, prepared->normals, work->k, work->estimator->delta0_ratio,
+	                                        work->estimator->one_sheet};
 	struct gnp_neighborhoods found;
 	gnp_status status = find_neighborhoods(work, begin, count, scratch, &found, error);
 	if (status != GNP_OK)
@@ -279,12 +280,13 @@ static gnp_status make_cover(struct work *work, const struct gnp_estimate_option
 	const struct gnp_prepared *prepared = work->prepared;
 	if (work->choice->at)
 		return cover_chosen(prepared, work->choice, &work->cover, error);
-	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3};
+	const double *normals = work->estimator->one_sheet ? prepared->normals : NULL;
+	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3, .normals = normals};
 	if (options->cover == GNP_COVER_ALL) {
 		if (!work->estimator->served)
 			return gnp_cover_all(prepared->count, &work->cover, error);
 		rule = (struct gnp_cover_rule){.fixed = GNP_SERVED_MAX < prepared->count ? GNP_SERVED_MAX : prepared->count,
-		                               .served = work->estimator->served, .context = work->state};
+		                               .served = work->estimator->served, .context = work->state, .normals = normals};
 	}
 	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover, error);
 }

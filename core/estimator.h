@@ -48,6 +48,7 @@ typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const vo
 struct gnp_estimator {
 	const char *name;
 	bool errors;         /* gives standard errors */
+	bool one_sheet;      /* frames and serves by patches of one sheet (patch.h): no point is told what holds across a gap */
 	double delta0_ratio; /* smallest height scale of its patches, in units of epsilon */
 	/* The basis of its surfaces, given the options'. */
 	struct gnp_basis (*basis)(struct gnp_basis wanted);

@@ -24,7 +24,7 @@ static const double cut = 5, tukey = 4.7;
 
 struct judgement {
 	uint32_t point;
-	float ratio; /* misfit over the patch's scale */
+	float ratio; /* misfit over the patch's scale; with its sign bit set from another sheet, NaN where the patch cannot judge */
 };
 
 struct work {
@@ -39,6 +39,7 @@ struct work {
 };
 
 struct robust_fit {
+	double u[POINTS], v[POINTS], w[POINTS], reach;
 	double rows[POINTS * STRIDE], weight[POINTS], misfit[POINTS], sorted[POINTS];
 	double gram[STRIDE * STRIDE], moment[STRIDE];
 };
@@ -56,20 +57,39 @@ static void reweight(struct robust_fit *fit, size_t count, double scale, int ste
 	}
 }
 
-/* Leaves the misfits of the patch's points in fit and returns their scale; negative when the fit is singular. */
-static double robust_scale(const struct gnp_patch *patch, size_t count, struct robust_fit *fit)
+/* The points of the centre's sheet, in units of their in-plane reach; how many. */
+static size_t fill(const struct gnp_patch_source *source, const struct gnp_patch *patch, struct robust_fit *fit)
 {
-	double scale = -1, dof = sqrt((double)count / fmax((double)count - SIZE, 8));
-	double reach = hypot(patch->u[count - 1], patch->v[count - 1]);
-	double *u = fit->misfit, *v = fit->sorted;
-	for (size_t i = 0; i < count; i++) {
-		u[i] = patch->u[i] / reach;
-		v[i] = patch->v[i] / reach;
-		fit->weight[i] = 1;
+	const double *normal = source->normals + 3 * (size_t)patch->centre;
+	size_t count = 0;
+	fit->reach = 0;
+	for (size_t i = 0; i < patch->buffer_count; i++) {
+		if (!gnp_same_sheet(source->normals + 3 * (size_t)patch->index[i], normal))
+			continue;
+		fit->u[count] = patch->u[i];
+		fit->v[count] = patch->v[i];
+		fit->w[count++] = patch->w[i];
+		fit->reach = fmax(fit->reach, hypot(patch->u[i], patch->v[i]));
 	}
-	gnp_taylor_rows(DEGREE, u, v, count, STRIDE, fit->rows);
+	for (size_t i = 0; i < count; i++) {
+		fit->u[i] /= fit->reach;
+		fit->v[i] /= fit->reach;
+	}
+	return count;
+}
+
+/* Leaves the coefficients in fit->moment and returns the scale of the misfits; negative when the data leave no choice. */
+static double robust_scale(size_t count, struct robust_fit *fit)
+{
+	enum { SPARE = 8 };
+	if (count < SIZE + SPARE || !(fit->reach > 0))
+		return -1;
+	double scale = -1, dof = sqrt((double)count / (double)(count - SIZE));
+	for (size_t i = 0; i < count; i++)
+		fit->weight[i] = 1;
+	gnp_taylor_rows(DEGREE, fit->u, fit->v, count, STRIDE, fit->rows);
 	for (int step = 0; step < ABSOLUTE_STEPS + TUKEY_STEPS; step++) {
-		gnp_normal_equations(fit->rows, fit->weight, patch->w, count, STRIDE, fit->gram, fit->moment);
+		gnp_normal_equations(fit->rows, fit->weight, fit->w, count, STRIDE, fit->gram, fit->moment);
 		for (size_t i = 0; i < SIZE; i++)
 			fit->gram[i * STRIDE + i] += 1e-9;
 		if (!gnp_cholesky_factor(fit->gram, SIZE, STRIDE, 1e-14))
@@ -77,7 +97,7 @@ static double robust_scale(const struct gnp_patch *patch, size_t count, struct r
 		gnp_cholesky_forward(fit->gram, SIZE, STRIDE, fit->moment, fit->moment);
 		gnp_cholesky_backward(fit->gram, SIZE, STRIDE, fit->moment, fit->moment);
 		for (size_t i = 0; i < count; i++) {
-			double sum = patch->w[i];
+			double sum = fit->w[i];
 			for (size_t j = 0; j < SIZE; j++)
 				sum -= fit->rows[i * STRIDE + j] * fit->moment[j];
 			fit->misfit[i] = fabs(sum);
@@ -87,6 +107,31 @@ static double robust_scale(const struct gnp_patch *patch, size_t count, struct r
 		reweight(fit, count, scale, step);
 	}
 	return scale;
+}
+
+/* What the fit to a patch thinks of its nearest points. */
+static void judge(const struct work *work, const struct gnp_patch *patch, struct robust_fit *fit, struct judgement *out)
+{
+	const double *normals = work->source->normals, *normal = normals + 3 * (size_t)patch->centre;
+	double scale = robust_scale(fill(work->source, patch, fit), fit);
+	if (scale <= 0) {
+		for (size_t i = 0; i < work->judged; i++)
+			out[i] = (struct judgement){patch->index[i], NAN};
+		return;
+	}
+	for (size_t i = 0; i < work->judged; i++) {
+		fit->u[i] = patch->u[i] / fit->reach;
+		fit->v[i] = patch->v[i] / fit->reach;
+	}
+	gnp_taylor_rows(DEGREE, fit->u, fit->v, work->judged, STRIDE, fit->rows);
+	for (size_t i = 0; i < work->judged; i++) {
+		double misfit = patch->w[i];
+		for (size_t j = 0; j < SIZE; j++)
+			misfit -= fit->rows[i * STRIDE + j] * fit->moment[j];
+		float ratio = (float)(fabs(misfit) / scale);
+		bool own = gnp_same_sheet(normals + 3 * (size_t)patch->index[i], normal);
+		out[i] = (struct judgement){patch->index[i], own ? ratio : -ratio};
+	}
 }
 
 static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -107,12 +152,22 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 		                         u + 2 * work->fitted, &patch, error);
 		if (status != GNP_OK)
 			return status;
-		double scale = robust_scale(&patch, patch.buffer_count, fit);
-		struct judgement *out = work->judgements + p * work->judged;
-		for (size_t i = 0; i < work->judged; i++)
-			out[i] = (struct judgement){patch.index[i], scale > 0 ? (float)(fit->misfit[i] / scale) : 0};
+		judge(work, &patch, fit, work->judgements + p * work->judged);
 	}
 	return GNP_OK;
+}
+
+/* The median judgement by patches of the point's own sheet, or by those of others; 0 without any. */
+static double median_judgement(const float *ratios, size_t count, bool own)
+{
+	double values[256];
+	size_t taken = 0;
+	for (size_t i = 0; i < count && taken < 256; i++)
+		if (!isnan(ratios[i]) && !signbit(ratios[i]) == own)
+			values[taken++] = fabs((double)ratios[i]);
+	if (!taken && own)
+		return median_judgement(ratios, count, false);
+	return gnp_median(values, taken);
 }
 
 static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -120,14 +175,8 @@ static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct 
 	struct work *work = context;
 	(void)scratch;
 	(void)error;
-	for (size_t p = begin; p < end; p++) {
-		double values[256];
-		size_t count = work->start[p + 1] - work->start[p];
-		count = count < 256 ? count : 256;
-		for (size_t i = 0; i < count; i++)
-			values[i] = work->ratios[work->start[p] + i];
-		work->outlier[p] = gnp_median(values, count) > cut;
-	}
+	for (size_t p = begin; p < end; p++)
+		work->outlier[p] = median_judgement(work->ratios + work->start[p], work->start[p + 1] - work->start[p], true) > cut;
 	return GNP_OK;
 }
 
@@ -155,7 +204,7 @@ gnp_status gnp_outliers_find(const double *points, const double *normals, size_t
 	                                     &cover, error);
 	if (status != GNP_OK)
 		return status;
-	struct gnp_patch_source source = {points, normals, count < FRAMED ? count : FRAMED, 1e-9};
+	struct gnp_patch_source source = {points, normals, count < FRAMED ? count : FRAMED, 1e-9, true};
 	struct work work = {.source = &source, .neighbors = neighbors, .cover = &cover, .outlier = outlier,
 	                    .fitted = count < POINTS ? count : POINTS, .judged = count < JUDGED ? count : JUDGED};
 	work.judgements = gnp_array_new(cover.count, work.judged * sizeof *work.judgements);

@@ -3,24 +3,38 @@
 #include <math.h>
 
 #include "eigen.h"
-#include "vector.h"
 
-static void mean_point(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
+/* Whether the i-th point of the patch has a say in its frame. */
+static bool frames(const struct gnp_patch_source *source, const struct gnp_patch *patch, size_t i)
+{
+	return !source->one_sheet || gnp_same_sheet(source->normals + 3 * (size_t)patch->index[i],
+	                                            source->normals + 3 * (size_t)patch->centre);
+}
+
+/* Returns how many points there are to frame by; the centre is always one. */
+static size_t mean_point(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
 {
 	/* About the centre, so that a cloud far from the origin loses no digits. */
 	const double *o = source->points + 3 * (size_t)patch->centre;
 	double sum[3] = {0};
-	for (size_t i = 0; i < patch->count; i++)
-		for (int c = 0; c < 3; c++)
+	size_t count = 0;
+	for (size_t i = 0; i < patch->count; i++) {
+		bool counts = frames(source, patch, i);
+		count += counts;
+		for (int c = 0; counts && c < 3; c++)
 			sum[c] += source->points[3 * (size_t)patch->index[i] + c] - o[c];
+	}
 	for (int c = 0; c < 3; c++)
-		mean[c] = o[c] + sum[c] / (double)patch->count;
+		mean[c] = o[c] + sum[c] / (double)count;
+	return count;
 }
 
-static void covariance(const struct gnp_patch_source *source, const struct gnp_patch *patch, double upper[6])
+static void covariance(const struct gnp_patch_source *source, const struct gnp_patch *patch, size_t count, double upper[6])
 {
 	double s[6] = {0};
 	for (size_t i = 0; i < patch->count; i++) {
+		if (!frames(source, patch, i))
+			continue;
 		const double *p = source->points + 3 * (size_t)patch->index[i];
 		double x = p[0] - patch->origin[0], y = p[1] - patch->origin[1], z = p[2] - patch->origin[2];
 		s[0] += x * x;
@@ -31,14 +45,14 @@ static void covariance(const struct gnp_patch_source *source, const struct gnp_p
 		s[5] += z * z;
 	}
 	for (int c = 0; c < 6; c++)
-		upper[c] = s[c] / (double)patch->count;
+		upper[c] = s[c] / (double)count;
 }
 
 static void mean_normal(const struct gnp_patch_source *source, const struct gnp_patch *patch, double mean[3])
 {
 	mean[0] = mean[1] = mean[2] = 0;
 	for (size_t i = 0; i < patch->count; i++)
-		for (int c = 0; c < 3; c++)
+		for (int c = 0; frames(source, patch, i) && c < 3; c++)
 			mean[c] += source->normals[3 * (size_t)patch->index[i] + c];
 }
 
@@ -52,6 +66,8 @@ static void orient_frame(const struct gnp_patch_source *source, struct gnp_patch
 		for (int c = 0; c < 3; c++)
 			psi[2][c] = -psi[2][c];
 	for (size_t i = 0; i < patch->count; i++) {
+		if (!frames(source, patch, i))
+			continue;
 		const double *p = source->points + 3 * (size_t)patch->index[i];
 		double along = (p[0] - patch->origin[0]) * psi[0][0] + (p[1] - patch->origin[1]) * psi[0][1] +
 		               (p[2] - patch->origin[2]) * psi[0][2];
@@ -109,8 +125,8 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 		                     source->points[3 * (size_t)centre], source->points[3 * (size_t)centre + 1],
 		                     source->points[3 * (size_t)centre + 2]);
 	double upper[6], variance[3];
-	mean_point(source, patch, patch->origin);
-	covariance(source, patch, upper);
+	size_t framing = mean_point(source, patch, patch->origin);
+	covariance(source, patch, framing, upper);
 	gnp_eigen_symmetric3(upper, variance, patch->frame);
 	orient_frame(source, patch);
 	project(source, patch);

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "neighbors.h"
+#include "vector.h"
 
 #define GNP_PATCH_TAU 1.1 /* epsilon = tau r_k */
 
@@ -31,7 +32,14 @@ struct gnp_patch_source {
 	const double *normals; /* (n, 3) unit */
 	size_t k;              /* neighbours, the centre included, that set epsilon */
 	double delta0_ratio;   /* > 0 */
+	bool one_sheet;        /* origin, frame and height scale are those of the points that face as the centre does */
 };
+
+/* Whether two unit normals may be of one sheet of a surface: those of two sheets back to back are opposite. */
+static inline bool gnp_same_sheet(const double a[3], const double b[3])
+{
+	return gnp_dot(a, b) > 0.1;
+}
 
 /* Builds the patch of one row of neighbourhoods, which holds at least k points. u, v, w: (length of the row), filled.
  * GNP_DEGENERATE when the points of the patch coincide. */
