@@ -44,7 +44,7 @@ struct choice {
 
 struct state {
 	size_t count;
-	const double *normals; /* (count, 3) borrowed */
+	double *normals;                /* (count, 3) of the sheet each point belongs to */
 	unsigned char *outlier;         /* (count) */
 	uint32_t *representative;       /* (count) */
 	struct gnp_cover cover;
@@ -183,7 +183,7 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;
 	size_t reach = POINTS_MAX < cloud->count ? POINTS_MAX : cloud->count;
-	const struct gnp_patch_source source = {cloud->points, cloud->normals, FRAMED < reach ? FRAMED : reach, 1e-9, true};
+	const struct gnp_patch_source source = {cloud->points, work->state->normals, FRAMED < reach ? FRAMED : reach, 1e-9, true};
 	struct gnp_neighborhoods found;
 	gnp_status status = gnp_neighborhoods_find(cloud->neighbors, work->state->cover.centre + begin, end - begin, reach, 1,
 	                                           reach, scratch, &found, error);
@@ -296,6 +296,7 @@ void gnp_adaptive_release(void *pointer)
 	struct state *state = pointer;
 	if (!state)
 		return;
+	free(state->normals);
 	free(state->outlier);
 	free(state->representative);
 	free(state->choice);
@@ -303,17 +304,63 @@ void gnp_adaptive_release(void *pointer)
 	free(state);
 }
 
+struct sheets {
+	const struct gnp_fit_cloud *cloud;
+	struct state *state;
+};
+
+/* A stray point's normal may be anything. Unless a third of the good points about it face as it does, it takes the normal of
+ * the nearest one: it will be told of the surface below it. */
+static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	enum { ASKED = 24 };
+	const struct sheets *sheets = context;
+	const struct gnp_fit_cloud *cloud = sheets->cloud;
+	const struct state *state = sheets->state;
+	size_t k = ASKED < cloud->count ? ASKED : cloud->count;
+	uint32_t index[ASKED];
+	double distance[ASKED];
+	for (size_t i = begin; i < end; i++) {
+		const double *own = cloud->normals + 3 * i, *nearest = NULL;
+		size_t good = 0, same = 0;
+		gnp_status status = GNP_OK;
+		if (state->outlier[i])
+			status = gnp_neighbors_knn(cloud->neighbors, cloud->points + 3 * i, 1, k, index, distance, scratch, error);
+		if (status != GNP_OK)
+			return status;
+		for (size_t j = 0; state->outlier[i] && j < k; j++) {
+			const double *other = cloud->normals + 3 * (size_t)index[j];
+			if (state->outlier[index[j]])
+				continue;
+			nearest = nearest ? nearest : other;
+			good++;
+			same += gnp_same_sheet(own, other);
+		}
+		memcpy(state->normals + 3 * i, nearest && 3 * same < good ? nearest : own, 3 * sizeof *own);
+	}
+	return GNP_OK;
+}
+
+static gnp_status settle_sheets(struct state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
+                                struct gnp_task *task, struct gnp_error *error)
+{
+	struct sheets sheets = {cloud, state};
+	return gnp_pool_run(pool, task, cloud->count, 1024, settle_chunk, &sheets, error);
+}
+
 static gnp_status prepare_state(struct state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
                                 struct gnp_task *task, struct gnp_error *error)
 {
 	state->count = cloud->count;
-	state->normals = cloud->normals;
+	state->normals = gnp_array_new(cloud->count, 3 * sizeof *state->normals);
 	state->outlier = gnp_array_new(cloud->count, 1);
 	state->representative = gnp_array_new(cloud->count, sizeof *state->representative);
-	if (!state->outlier || !state->representative)
+	if (!state->normals || !state->outlier || !state->representative)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "adaptive: no memory for %zu points", cloud->count);
 	gnp_status status = gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task,
 	                                      state->outlier, error);
+	if (status == GNP_OK)
+		status = settle_sheets(state, cloud, pool, task, error);
 	if (status == GNP_OK)
 		status = gnp_cover_greedy(cloud->neighbors, cloud->points, cloud->count,
 		                          &(struct gnp_cover_rule){.fixed = SERVED < cloud->count ? SERVED : cloud->count}, pool, task,
@@ -360,6 +407,11 @@ size_t gnp_adaptive_served(const void *pointer, uint32_t point)
 const unsigned char *gnp_adaptive_outliers(const void *pointer)
 {
 	return ((const struct state *)pointer)->outlier;
+}
+
+const double *gnp_adaptive_normals(const void *pointer)
+{
+	return ((const struct state *)pointer)->normals;
 }
 
 /* Drops the points that misfit the surface by more than 4.5 sigma; how many are left. */

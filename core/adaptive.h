@@ -19,6 +19,7 @@ void gnp_adaptive_release(void *state);
 size_t gnp_adaptive_reach(const void *state, uint32_t point);
 size_t gnp_adaptive_served(const void *state, uint32_t point);
 const unsigned char *gnp_adaptive_outliers(const void *state);
+const double *gnp_adaptive_normals(const void *state);
 gnp_status gnp_adaptive_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
                             size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
 

@@ -126,6 +126,7 @@ struct work {
 	struct gnp_fit_options fit;
 	void *state;                  /* the estimator's view of the whole cloud */
 	const unsigned char *outlier; /* (count) in curve order, or NULL */
+	const double *sheets;         /* (count, 3) normals that tell sheets apart, or NULL */
 	uint64_t quantities;
 	size_t k;
 	struct gnp_estimate *out;
@@ -160,8 +161,8 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const struct gnp_patch_source source = {prepared->points, prepared->normals, work->k, work->estimator->delta0_ratio,
-	                                        work->estimator->one_sheet};
+	const struct gnp_patch_source source = {prepared->points, work->sheets ? work->sheets : prepared->normals, work->k,
+	                                        work->estimator->delta0_ratio, work->sheets != NULL};
 	struct gnp_neighborhoods found;
 	gnp_status status = find_neighborhoods(work, begin, count, scratch, &found, error);
 	if (status != GNP_OK)
@@ -270,6 +271,8 @@ static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, st
 		status = work->estimator->prepare(&cloud, pool, task, &work->state, error);
 	if (status == GNP_OK && work->estimator->outliers)
 		work->outlier = work->estimator->outliers(work->state);
+	if (status == GNP_OK && work->estimator->normals)
+		work->sheets = work->estimator->normals(work->state);
 	return status;
 }
 
@@ -280,13 +283,12 @@ static gnp_status make_cover(struct work *work, const struct gnp_estimate_option
 	const struct gnp_prepared *prepared = work->prepared;
 	if (work->choice->at)
 		return cover_chosen(prepared, work->choice, &work->cover, error);
-	const double *normals = work->estimator->one_sheet ? prepared->normals : NULL;
-	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3, .normals = normals};
+	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3, .normals = work->sheets};
 	if (options->cover == GNP_COVER_ALL) {
 		if (!work->estimator->served)
 			return gnp_cover_all(prepared->count, &work->cover, error);
 		rule = (struct gnp_cover_rule){.fixed = GNP_SERVED_MAX < prepared->count ? GNP_SERVED_MAX : prepared->count,
-		                               .served = work->estimator->served, .context = work->state, .normals = normals};
+		                               .served = work->estimator->served, .context = work->state, .normals = work->sheets};
 	}
 	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover, error);
 }
@@ -389,8 +391,9 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options)
 {
 	/* order 4, points and normals 48, search tree 80, cover 16; orientation's graph 250, gone before the outputs fill */
-	/* an estimator that looks at the whole cloud first: judgements of outliers 90, verdicts on supports 80, its choices 20 */
-	enum { PREPARED = 148, ORIENTATION = 250, SURVEYED = 190, FIXED = 16 << 20 };
+	/* an estimator that looks at the whole cloud first: judgements of outliers 90, verdicts on supports 80, its choices 20,
+	 * normals of sheets 24 */
+	enum { PREPARED = 148, ORIENTATION = 250, SURVEYED = 214, FIXED = 16 << 20 };
 	size_t width = 0, size = gnp_basis_size(basis_of(options));
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
 		if (options->quantities & GNP_QUANTITY_BIT(q))

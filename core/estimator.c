@@ -17,10 +17,10 @@ static struct gnp_basis taylor(struct gnp_basis wanted)
 
 static const struct gnp_estimator table[GNP_ESTIMATOR_KINDS] = {
 	[GNP_ESTIMATOR_GMLS] = {.name = "gmls", .delta0_ratio = 0.1, .basis = as_wanted, .fit = gnp_gmls_fit},
-	[GNP_ESTIMATOR_ADAPTIVE] = {.name = "adaptive", .errors = true, .one_sheet = true, .delta0_ratio = 0.1, .basis = taylor,
+	[GNP_ESTIMATOR_ADAPTIVE] = {.name = "adaptive", .errors = true, .delta0_ratio = 0.1, .basis = taylor,
 	                            .prepare = gnp_adaptive_prepare, .release = gnp_adaptive_release,
 	                            .reach = gnp_adaptive_reach, .served = gnp_adaptive_served,
-	                            .outliers = gnp_adaptive_outliers, .fit = gnp_adaptive_fit},
+	                            .outliers = gnp_adaptive_outliers, .normals = gnp_adaptive_normals, .fit = gnp_adaptive_fit},
 };
 
 const struct gnp_estimator *gnp_estimator_at(enum gnp_estimator_kind kind)

@@ -48,7 +48,6 @@ typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const vo
 struct gnp_estimator {
 	const char *name;
 	bool errors;         /* gives standard errors */
-	bool one_sheet;      /* frames and serves by patches of one sheet (patch.h): no point is told what holds across a gap */
 	double delta0_ratio; /* smallest height scale of its patches, in units of epsilon */
 	/* The basis of its surfaces, given the options'. */
 	struct gnp_basis (*basis)(struct gnp_basis wanted);
@@ -63,6 +62,9 @@ struct gnp_estimator {
 	size_t (*served)(const void *state, uint32_t point);
 	/* Which points it takes for outliers, (count) 0 or 1; NULL: it does not judge. */
 	const unsigned char *(*outliers)(const void *state);
+	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that no
+	 * point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
+	const double *(*normals)(const void *state);
 	gnp_fit_fn fit;
 };
 

@@ -157,17 +157,21 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 	return GNP_OK;
 }
 
-/* The median judgement by patches of the point's own sheet, or by those of others; 0 without any. */
-static double median_judgement(const float *ratios, size_t count, bool own)
+/* The median judgement by patches of the point's own sheet; by all when those are less than a quarter, for then the point's
+ * normal fits none about it and names no sheet. 0 without any. */
+static double median_judgement(const float *ratios, size_t count)
 {
-	double values[256];
-	size_t taken = 0;
-	for (size_t i = 0; i < count && taken < 256; i++)
-		if (!isnan(ratios[i]) && !signbit(ratios[i]) == own)
-			values[taken++] = fabs((double)ratios[i]);
-	if (!taken && own)
-		return median_judgement(ratios, count, false);
-	return gnp_median(values, taken);
+	enum { MOST = 256 };
+	double own[MOST], all[MOST];
+	size_t owns = 0, total = 0;
+	for (size_t i = 0; i < count && total < MOST; i++) {
+		if (isnan(ratios[i]))
+			continue;
+		all[total++] = fabs((double)ratios[i]);
+		if (!signbit(ratios[i]))
+			own[owns++] = ratios[i];
+	}
+	return 4 * owns >= total ? gnp_median(own, owns) : gnp_median(all, total);
 }
 
 static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -176,7 +180,7 @@ static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct 
 	(void)scratch;
 	(void)error;
 	for (size_t p = begin; p < end; p++)
-		work->outlier[p] = median_judgement(work->ratios + work->start[p], work->start[p + 1] - work->start[p], true) > cut;
+		work->outlier[p] = median_judgement(work->ratios + work->start[p], work->start[p + 1] - work->start[p]) > cut;
 	return GNP_OK;
 }
 

@@ -2,7 +2,7 @@
  *
  * Overlapping patches each make a robust fit to the points of their centre's sheet (L1, then Tukey's biweight, by iteratively reweighted least squares, scale by the
  * median absolute deviation with degrees of freedom corrected) and judge the points near their centre; a point is an
- * outlier when the median of the judgements by patches of its own sheet, or by the others where there are none such, exceeds
+ * outlier when the median of the judgements by patches of its own sheet (by all, where hardly any are) exceeds
  * the cut. A patch with too few points to leave the fit a choice does not judge. Nothing need be known of the noise. */
 #ifndef GNP_CORE_OUTLIERS_H
 #define GNP_CORE_OUTLIERS_H
