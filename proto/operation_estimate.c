@@ -23,22 +23,23 @@ static const struct gnp_tensor_info outputs[] = {
 #undef ROW
 };
 
-/* In the order of the enumerations in estimate.h. */
-static const char *const estimators[] = {"gmls", "adaptive", NULL}; /* the order of enum gnp_estimator_kind */
+/* In the order of the enumerations in estimate.h and estimator.h. */
+static const char *const estimators[] = {"gmls", "adaptive", NULL};
 static const char *const covers[] = {"cover", "all", NULL};
 static const char *const bases[] = {"tensor", "total", NULL};
 static const char *const weights[] = {"quartic", "flat", "linear", NULL};
 
 #define FIELD(name) offsetof(struct gnp_estimate_options, name)
 static const struct gnp_parameter parameters[] = {
-	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gmls", 0, 0, estimators, "how coefficients are found"},
+	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gmls", 0, 0, estimators,
+	 "gmls: moving least squares; adaptive: robust, with standard errors, finds support and degree itself"},
 	{"cover", GNP_PARAMETER_CHOICE, FIELD(cover), "cover", 0, 0, covers,
-	 "patches: cover (shared by neighbouring points, blended) or all (one at every point)"},
+	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},
 	{"k", GNP_PARAMETER_INTEGER, FIELD(k), "30", 12, 500, NULL, "neighbours that set the patch radius, 1.1 times the k-th distance"},
-	{"degree", GNP_PARAMETER_INTEGER, FIELD(degree), "3", 1, 7, NULL, "degree of the Legendre basis"},
-	{"basis", GNP_PARAMETER_CHOICE, FIELD(basis), "tensor", 0, 0, bases, "tensor or total degree"},
+	{"degree", GNP_PARAMETER_INTEGER, FIELD(degree), "3", 1, 7, NULL, "degree of the Legendre basis (gmls)"},
+	{"basis", GNP_PARAMETER_CHOICE, FIELD(basis), "tensor", 0, 0, bases, "tensor or total degree (gmls)"},
 	{"weight", GNP_PARAMETER_CHOICE, FIELD(weight), "quartic", 0, 0, weights,
-	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r"},
+	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"},
 	{"quantities", GNP_PARAMETER_SET, FIELD(quantities), "normals,mean_curvature,gaussian_curvature", 0, 0, NULL,
 	 "comma-separated names of outputs, or all"},
 };
