@@ -12,7 +12,7 @@
 
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
-	{"quick", 0, NULL, "8 shapes a family, 500 centres each"},
+	{"quick", 0, NULL, "4 shapes a family, 500 centres each"},
 	{"table", 0, "N", "which of the paper's tables: 1"},
 	{"estimators", 0, "LIST", "some of the estimators, with commas between"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
