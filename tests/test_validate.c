@@ -10,7 +10,7 @@ static struct gnp_pool *pool; /* of two workers, for every test */
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
 {
-	const struct gnp_protocol protocol = {.points = family == GNP_FAMILY_TOROIDAL ? RESOLVING : POINTS, .shapes = 1,
+	const struct gnp_protocol protocol = {.points = family == GNP_FAMILY_TOROIDAL ? RESOLVING : POINTS, .shapes = 8,
 	                                      .centres = CENTRES};
 	struct gnp_subject subject;
 	struct gnp_error error = {0};
@@ -379,7 +379,7 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 			}
 		}
 	CHECK(one.drawn[GNP_FAMILY_RADIAL] == 2 && one.drawn[GNP_FAMILY_TOROIDAL] == 0);
-	CHECK(gnp_table_shape(&one, GNP_FAMILY_RADIAL, 1)->degree == 6);
+	CHECK(gnp_table_shape(&one, GNP_FAMILY_RADIAL, 1)->degree == 12); /* the second of two, evenly spaced */
 	gnp_task_cancel(&task);
 	CHECK(gnp_validation_run(&one, single, &task, NULL) == GNP_CANCELLED);
 	gnp_pool_free(single);
