@@ -23,13 +23,13 @@ SAN     ?=
 comma := ,
 OUT   := $(BUILD)$(if $(SAN),/$(subst $(comma),-,$(SAN)))
 
-PKGS_CORE   := openblas
+PKGS_CORE   := nettle jansson
 PKGS_PROTO  := jansson zlib libzip
 PKGS_SERVER := libmicrohttpd
 PKGS_CLIENT := libcurl libpng
 
 # FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
-LIBS_CORE   := -lflann -lopenblas -lm
+LIBS_CORE    = -lflann -lopenblas $(shell pkg-config --libs $(PKGS_CORE)) -lm
 LIBS_PROTO   = $(shell pkg-config --libs $(PKGS_PROTO))
 LIBS_SERVER  = $(shell pkg-config --libs $(PKGS_SERVER))
 LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))

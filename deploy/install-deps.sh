@@ -8,7 +8,7 @@
 # Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles). The default is demo.
 set -eu
 
-build='gcc make pkg-config libc6-dev libmicrohttpd-dev libjansson-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
+build='gcc make pkg-config libc6-dev libmicrohttpd-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
 test="$demo python3 python3-numpy"
 
@@ -37,6 +37,7 @@ present() {
 	make | pkg-config | curl | python3) command -v "$1" ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
 	libjansson-dev) pkg-config --exists jansson ;;
+	nettle-dev) pkg-config --exists nettle ;;
 	libpng-dev) pkg-config --exists libpng ;;
 	zlib1g-dev) pkg-config --exists zlib ;;
 	libzip-dev) pkg-config --exists libzip ;;
