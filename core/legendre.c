@@ -80,6 +80,28 @@ GNP_SIMD_DISPATCH(, gnp_basis_rows, rows_choose,
                   (struct gnp_basis basis, const double *u, const double *v, size_t count, size_t stride, double *phi),
                   (basis, u, v, count, stride, phi))
 
+void gnp_basis_jets(struct gnp_basis basis, double u, double v, size_t stride, double *rows)
+{
+	if (basis.kind == GNP_BASIS_TAYLOR) {
+		gnp_taylor_jets(basis.degree, u, v, stride, rows);
+		return;
+	}
+	double pu[GNP_DEGREE_MAX + 1], du[GNP_DEGREE_MAX + 1], ddu[GNP_DEGREE_MAX + 1];
+	double pv[GNP_DEGREE_MAX + 1], dv[GNP_DEGREE_MAX + 1], ddv[GNP_DEGREE_MAX + 1];
+	gnp_legendre(u, basis.degree, pu, du, ddu);
+	gnp_legendre(v, basis.degree, pv, dv, ddv);
+	double *row = rows;
+	for (unsigned a = 0; a <= basis.degree; a++)
+		for (unsigned b = 0; b <= last_column(basis, a); b++, row++) {
+			row[0] = pv[a] * pu[b];
+			row[stride] = pv[a] * du[b];
+			row[2 * stride] = dv[a] * pu[b];
+			row[3 * stride] = pv[a] * ddu[b];
+			row[4 * stride] = dv[a] * du[b];
+			row[5 * stride] = ddv[a] * pu[b];
+		}
+}
+
 struct gnp_jet gnp_basis_jet(struct gnp_basis basis, const double *coefficients, double u, double v)
 {
 	if (basis.kind == GNP_BASIS_TAYLOR)

@@ -30,6 +30,10 @@ void gnp_legendre(double x, unsigned degree, double *p, double *dp, double *ddp)
 /* A Legendre basis at count points: phi (count, stride), stride >= the size rounded up to 8; columns past the size are zero. */
 void gnp_basis_rows(struct gnp_basis basis, const double *u, const double *v, size_t count, size_t stride, double *phi);
 
+/* Value and derivatives up to second order of each function at (u, v), in the basis's own coordinates: rows (6, stride) in the
+ * order f, u, v, uu, uv, vv; stride >= the size. */
+void gnp_basis_jets(struct gnp_basis basis, double u, double v, size_t stride, double *rows);
+
 /* Value and derivatives up to second order of sum_i c_i phi_i at (u, v), in the basis's own coordinates. */
 struct gnp_jet gnp_basis_jet(struct gnp_basis basis, const double *coefficients, double u, double v);
 

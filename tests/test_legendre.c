@@ -63,6 +63,25 @@ static void jet_matches_rows_and_differences(void)
 		}
 }
 
+static void jets_of_the_functions_add_up_to_the_jet(void)
+{
+	enum { STRIDE = GNP_BASIS_MAX };
+	for (int kind = 0; kind <= GNP_BASIS_TAYLOR; kind++) {
+		struct gnp_basis basis = {(enum gnp_basis_kind)kind, 4};
+		double c[GNP_BASIS_MAX], rows[6 * STRIDE], sum[6] = {0};
+		gnp_basis_jets(basis, 0.21, -0.43, STRIDE, rows);
+		for (size_t i = 0; i < gnp_basis_size(basis); i++) {
+			c[i] = sin(1.0 + (double)(i * i));
+			for (int d = 0; d < 6; d++)
+				sum[d] += c[i] * rows[d * STRIDE + i];
+		}
+		struct gnp_jet jet = gnp_basis_jet(basis, c, 0.21, -0.43);
+		const double want[6] = {jet.f, jet.u, jet.v, jet.uu, jet.uv, jet.vv};
+		for (int d = 0; d < 6; d++)
+			CHECK_NEAR(sum[d], want[d], 1e-12);
+	}
+}
+
 static void embedding_keeps_the_function(void)
 {
 	for (int kind = 0; kind < 2; kind++) {
@@ -81,6 +100,6 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(values_match_closed_forms), TEST(tensor_index_is_rows_of_v),
 	                                    TEST(total_basis_holds_the_lower_products), TEST(jet_matches_rows_and_differences),
-	                                    TEST(embedding_keeps_the_function)};
+	                                    TEST(jets_of_the_functions_add_up_to_the_jet), TEST(embedding_keeps_the_function)};
 	return RUN_TESTS(tests);
 }

@@ -165,14 +165,15 @@ static void known_perturbations_give_known_errors(void)
 
 static void seeds_of_training_and_validation_never_meet(void)
 {
-	static const uint64_t edges[] = {0, 1, GNP_SEED_VALIDATION - 1, GNP_SEED_VALIDATION, 2 * GNP_SEED_VALIDATION - 1,
+	static const uint64_t edges[] = {0, 1, GNP_SEED_WATCH - 1, GNP_SEED_WATCH, GNP_SEED_VALIDATION - 1, GNP_SEED_VALIDATION, 2 * GNP_SEED_VALIDATION - 1,
 	                                 2 * GNP_SEED_VALIDATION, UINT64_MAX};
 	for (size_t i = 0; i < sizeof edges / sizeof *edges; i++)
-		CHECK(!gnp_seed_is_validation(edges[i]) || gnp_seed_check_training(edges[i], NULL) != GNP_OK);
-	CHECK(gnp_seed_check_training(0, NULL) == GNP_OK && gnp_seed_check_training(GNP_SEED_VALIDATION - 1, NULL) == GNP_OK);
+		CHECK(gnp_seed_is_validation(edges[i]) + gnp_seed_is_watch(edges[i]) +
+		      (gnp_seed_check_training(edges[i], NULL) == GNP_OK) == (edges[i] < 2 * GNP_SEED_VALIDATION));
+	CHECK(gnp_seed_check_training(0, NULL) == GNP_OK && gnp_seed_check_training(GNP_SEED_WATCH - 1, NULL) == GNP_OK);
 	struct gnp_error error = {0};
-	CHECK(gnp_seed_check_training(GNP_SEED_VALIDATION, &error) == GNP_INVALID_ARGUMENT);
-	CHECK_STRING(error.text, "training seed: got 4503599627370496, need less than 4503599627370496 (validation's begin there)");
+	CHECK(gnp_seed_check_training(GNP_SEED_WATCH, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "training seed: got 2251799813685248, need less than 2251799813685248 (those that judge begin there)");
 	for (int family = 0; family < GNP_FAMILIES; family++) {
 		struct gnp_draws draws = {0};
 		for (int i = 0; i < 2; i++) {

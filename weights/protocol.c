@@ -10,20 +10,25 @@
 /* Stream of a subject's seed; the shape's own are below 2^40, the sampling's have 1, 2 and 3 in the top byte. */
 static const uint64_t STREAM_CENTRES = UINT64_C(4) << 56;
 
-static const unsigned RADIAL_DEGREES[] = {3, 6, 8, 10, 12, 15, 18, 22};
-enum { RADIAL_DEGREE_COUNT = sizeof RADIAL_DEGREES / sizeof *RADIAL_DEGREES, RESOLVED_K = 30, SKIPS_MAX = 40 };
+static const unsigned RADIAL_DEGREES[GNP_RADIAL_DEGREES] = {3, 6, 8, 10, 12, 15, 18, 22};
+enum { RESOLVED_K = 30, SKIPS_MAX = 40 };
 
 bool gnp_seed_is_validation(uint64_t seed)
 {
 	return seed >= GNP_SEED_VALIDATION && seed < 2 * GNP_SEED_VALIDATION;
 }
 
+bool gnp_seed_is_watch(uint64_t seed)
+{
+	return seed >= GNP_SEED_WATCH && seed < GNP_SEED_VALIDATION;
+}
+
 gnp_status gnp_seed_check_training(uint64_t seed, struct gnp_error *error)
 {
-	if (seed < GNP_SEED_VALIDATION)
+	if (seed < GNP_SEED_WATCH)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "training seed: got %llu, need less than %llu (validation's begin there)",
-	                     (unsigned long long)seed, (unsigned long long)GNP_SEED_VALIDATION);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "training seed: got %llu, need less than %llu (those that judge begin there)",
+	                     (unsigned long long)seed, (unsigned long long)GNP_SEED_WATCH);
 }
 
 const char *gnp_family_name(enum gnp_family family)
@@ -41,6 +46,11 @@ const struct gnp_regime_info *gnp_regime_info(enum gnp_regime regime)
 		[GNP_REGIME_NOISE_70] = {"noise-70", "every point displaced with sigma = 1e-3, k = 70", 70, 1e-3, 0, 0},
 	};
 	return (unsigned)regime < GNP_REGIMES ? &regimes[regime] : NULL;
+}
+
+unsigned gnp_radial_degree(size_t i)
+{
+	return RADIAL_DEGREES[i % GNP_RADIAL_DEGREES];
 }
 
 struct gnp_protocol gnp_protocol_full(void)
@@ -65,8 +75,8 @@ static double sharpness(const struct gnp_shape *shape, const struct gnp_sample *
 /* Degrees in turn; fewer shapes than degrees take evenly spaced ones, so that a quick run sees rough shapes too. */
 static unsigned radial_degree(const struct gnp_protocol *protocol, size_t draw)
 {
-	size_t stride = protocol->shapes < RADIAL_DEGREE_COUNT ? RADIAL_DEGREE_COUNT / protocol->shapes : 1;
-	return RADIAL_DEGREES[draw * stride % RADIAL_DEGREE_COUNT];
+	size_t stride = protocol->shapes < GNP_RADIAL_DEGREES ? GNP_RADIAL_DEGREES / protocol->shapes : 1;
+	return gnp_radial_degree(draw * stride);
 }
 
 static gnp_status draw_one(const struct gnp_protocol *protocol, size_t draw, struct gnp_pool *pool,

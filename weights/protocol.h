@@ -8,11 +8,13 @@
 #include "shapes.h"
 #include "status.h"
 
-/* Seeds are split once and for all: those of validation are [2^52, 2^53), those of training lie below. Both are exact in
- * the numbers of JSON. */
+/* Seeds are split once and for all: those of validation are [2^52, 2^53), those that training is watched by, [2^51, 2^52),
+ * and those of training lie below. All are exact in the numbers of JSON. */
 #define GNP_SEED_VALIDATION (UINT64_C(1) << 52)
+#define GNP_SEED_WATCH (UINT64_C(1) << 51)
 
 bool gnp_seed_is_validation(uint64_t seed);
+bool gnp_seed_is_watch(uint64_t seed);
 /* GNP_INVALID_ARGUMENT unless the seed may be trained on. */
 gnp_status gnp_seed_check_training(uint64_t seed, struct gnp_error *error);
 
@@ -25,6 +27,10 @@ struct gnp_regime_info {
 	double noise; /* standard deviation on every point */
 	double outlier_fraction, outlier_noise;
 };
+
+/* The paper's degrees L of the radial family, in turn. */
+enum { GNP_RADIAL_DEGREES = 8 };
+unsigned gnp_radial_degree(size_t i);
 
 /* NULL past the last. */
 const char *gnp_family_name(enum gnp_family family);

@@ -1,0 +1,212 @@
+#include "train_shape.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "file_io.h"
+#include "memory.h"
+#include "order.h"
+#include "sha256.h"
+#include "shapes.h"
+
+enum { VERSION = 1, LINE_MAX_BYTES = 256 };
+enum { BYTES_A_POINT = 3 * sizeof(double) + 9 * sizeof(float) };
+
+void gnp_train_shape_clear(struct gnp_train_shape *shape)
+{
+	free(shape->exact);
+	free(shape->normals);
+	free(shape->second_form);
+	*shape = (struct gnp_train_shape){0};
+}
+
+static gnp_status reserve(size_t count, struct gnp_train_shape *shape, struct gnp_error *error)
+{
+	*shape = (struct gnp_train_shape){.count = count};
+	shape->exact = gnp_array_new(count, 3 * sizeof *shape->exact);
+	shape->normals = gnp_array_new(count, 3 * sizeof *shape->normals);
+	shape->second_form = gnp_array_new(count, 6 * sizeof *shape->second_form);
+	if (shape->exact && shape->normals && shape->second_form)
+		return GNP_OK;
+	gnp_train_shape_clear(shape);
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training shape: no memory for %zu points", count);
+}
+
+/* The arrays as the file holds them. */
+struct pieces {
+	void *data[3];
+	size_t size[3];
+};
+
+static struct pieces pieces_of(const struct gnp_train_shape *shape)
+{
+	size_t n = shape->count;
+	return (struct pieces){{shape->exact, shape->normals, shape->second_form},
+	                       {3 * n * sizeof *shape->exact, 3 * n * sizeof *shape->normals, 6 * n * sizeof *shape->second_form}};
+}
+
+static void digest_of(const struct gnp_train_shape *shape, char text[GNP_SHA256_TEXT])
+{
+	struct pieces pieces = pieces_of(shape);
+	gnp_sha256_text((const void *const *)pieces.data, pieces.size, 3, text);
+}
+
+static size_t write_line(const struct gnp_train_shape_key *key, const char *digest, char line[LINE_MAX_BYTES])
+{
+	return (size_t)snprintf(line, LINE_MAX_BYTES, "gnp-train-shape %d seed %llu degree %u points %zu sha256 %s\n", VERSION,
+	                        (unsigned long long)key->seed, key->degree, key->points, digest);
+}
+
+static gnp_status path_of(const char *folder, const struct gnp_train_shape_key *key, char path[PATH_MAX],
+                          struct gnp_error *error)
+{
+	int length = snprintf(path, PATH_MAX, "%s/radial-%llu-L%u-%zu.shape", folder, (unsigned long long)key->seed, key->degree,
+	                      key->points);
+	if (length < PATH_MAX)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "cache: got a name of %zu bytes, need a shorter one", strlen(folder));
+}
+
+/* ---- Making ---- */
+
+static void take_point(const struct gnp_sample *sample, size_t from, struct gnp_train_shape *shape, size_t to)
+{
+	static const int entries[6] = {0, 1, 2, 4, 5, 8};
+	memcpy(shape->exact + 3 * to, sample->exact + 3 * from, 3 * sizeof *shape->exact);
+	for (int c = 0; c < 3; c++)
+		shape->normals[3 * to + c] = (float)sample->normals[3 * from + c];
+	for (int e = 0; e < 6; e++)
+		shape->second_form[6 * to + e] = (float)sample->second_form[9 * from + entries[e]];
+}
+
+/* In curve order, so that the points of a patch lie close together in memory. */
+static gnp_status take_sample(const struct gnp_sample *sample, struct gnp_train_shape *out, struct gnp_error *error)
+{
+	uint32_t *order = gnp_array_new(sample->count, sizeof *order);
+	if (!order)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training shape: no memory for %zu points", sample->count);
+	gnp_status status = gnp_order_compute(sample->exact, sample->count, order, error);
+	if (status == GNP_OK)
+		status = reserve(sample->count, out, error);
+	for (size_t i = 0; status == GNP_OK && i < sample->count; i++)
+		take_point(sample, order[i], out, i);
+	free(order);
+	return status;
+}
+
+static gnp_status make(const struct gnp_train_shape_key *key, struct gnp_pool *pool, struct gnp_task *task,
+                       struct gnp_train_shape *out, struct gnp_error *error)
+{
+	struct gnp_shape *shape;
+	struct gnp_sample sample;
+	const struct gnp_sample_options clean = {.count = key->points, .seed = key->seed};
+	gnp_status status = gnp_shape_create("radial", key->seed, key->degree, &shape, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnp_sample_create(shape, &clean, pool, task, &sample, error);
+	gnp_shape_free(shape);
+	if (status != GNP_OK)
+		return status;
+	status = take_sample(&sample, out, error);
+	gnp_sample_clear(&sample);
+	return status;
+}
+
+static gnp_status save(const char *path, const struct gnp_train_shape_key *key, const struct gnp_train_shape *shape,
+                       struct gnp_error *error)
+{
+	char line[LINE_MAX_BYTES], digest[GNP_SHA256_TEXT];
+	digest_of(shape, digest);
+	size_t used = write_line(key, digest, line);
+	struct pieces pieces = pieces_of(shape);
+	unsigned char *file = gnp_array_new(used + shape->count * BYTES_A_POINT, 1);
+	if (!file)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu points", path, shape->count);
+	memcpy(file, line, used);
+	for (int i = 0; i < 3; i++) {
+		memcpy(file + used, pieces.data[i], pieces.size[i]);
+		used += pieces.size[i];
+	}
+	gnp_status status = gnp_file_write(path, file, used, error);
+	free(file);
+	return status;
+}
+
+static gnp_status make_and_save(const char *folder, const char *path, const struct gnp_train_shape_key *key,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_train_shape *out,
+                                struct gnp_error *error)
+{
+	struct gnp_train_shape shape;
+	if (mkdir(folder, 0777) != 0 && errno != EEXIST)
+		return gnp_error_set(error, GNP_IO, "%s: cannot make the folder: %s", folder, strerror(errno));
+	gnp_status status = make(key, pool, task, &shape, error);
+	if (status != GNP_OK)
+		return status;
+	status = save(path, key, &shape, error);
+	if (status == GNP_OK)
+		*out = shape;
+	else
+		gnp_train_shape_clear(&shape);
+	return status;
+}
+
+/* ---- Reading ---- */
+
+/* Whether the file was whole and of this shape; *status tells of what else went wrong. */
+static bool read_file(const char *path, const struct gnp_train_shape_key *key, struct gnp_train_shape *out, gnp_status *status,
+                      struct gnp_error *error)
+{
+	struct gnp_buffer file = {0};
+	struct gnp_train_shape shape;
+	char line[LINE_MAX_BYTES], digest[GNP_SHA256_TEXT];
+	if (gnp_file_read(path, &file, NULL) != GNP_OK)
+		return false;
+	size_t used = write_line(key, "", line) - 1, header = used + GNP_SHA256_TEXT;
+	bool good = file.size == header + key->points * BYTES_A_POINT && memcmp(file.data, line, used) == 0;
+	if (good && (*status = reserve(key->points, &shape, error)) == GNP_OK) {
+		struct pieces pieces = pieces_of(&shape);
+		const unsigned char *from = file.data + header;
+		for (int i = 0; i < 3; from += pieces.size[i], i++)
+			memcpy(pieces.data[i], from, pieces.size[i]);
+		digest_of(&shape, digest);
+		good = memcmp(file.data + used, digest, GNP_SHA256_TEXT - 1) == 0;
+		if (good)
+			*out = shape;
+		else
+			gnp_train_shape_clear(&shape);
+	}
+	gnp_buffer_clear(&file);
+	return good;
+}
+
+gnp_status gnp_train_shape_load(const char *folder, const struct gnp_train_shape_key *key, struct gnp_pool *pool,
+                                struct gnp_task *task, struct gnp_train_shape *out, struct gnp_error *error)
+{
+	char path[PATH_MAX];
+	gnp_status status = path_of(folder, key, path, error);
+	if (status != GNP_OK || read_file(path, key, out, &status, error))
+		return status;
+	return make_and_save(folder, path, key, pool, task, out, error);
+}
+
+gnp_status gnp_train_shape_ensure(const char *folder, const struct gnp_train_shape_key *key, struct gnp_pool *pool,
+                                  struct gnp_task *task, struct gnp_error *error)
+{
+	char path[PATH_MAX], line[LINE_MAX_BYTES];
+	struct stat info;
+	struct gnp_train_shape shape;
+	gnp_status status = path_of(folder, key, path, error);
+	if (status != GNP_OK)
+		return status;
+	size_t size = write_line(key, "", line) - 1 + GNP_SHA256_TEXT + key->points * BYTES_A_POINT;
+	if (stat(path, &info) == 0 && (size_t)info.st_size == size)
+		return GNP_OK;
+	status = make_and_save(folder, path, key, pool, task, &shape, error);
+	if (status == GNP_OK)
+		gnp_train_shape_clear(&shape);
+	return status;
+}
