@@ -7,14 +7,12 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "file_io.h"
+#include "array_file.h"
 #include "memory.h"
 #include "order.h"
-#include "sha256.h"
 #include "shapes.h"
 
-enum { VERSION = 1, LINE_MAX_BYTES = 256 };
-enum { BYTES_A_POINT = 3 * sizeof(double) + 9 * sizeof(float) };
+enum { VERSION = 1, PIECES = 3 };
 
 void gnp_train_shape_clear(struct gnp_train_shape *shape)
 {
@@ -37,28 +35,17 @@ static gnp_status reserve(size_t count, struct gnp_train_shape *shape, struct gn
 }
 
 /* The arrays as the file holds them. */
-struct pieces {
-	void *data[3];
-	size_t size[3];
-};
-
-static struct pieces pieces_of(const struct gnp_train_shape *shape)
+static void pieces_of(const struct gnp_train_shape *shape, size_t count, struct gnp_array_piece pieces[PIECES])
 {
-	size_t n = shape->count;
-	return (struct pieces){{shape->exact, shape->normals, shape->second_form},
-	                       {3 * n * sizeof *shape->exact, 3 * n * sizeof *shape->normals, 6 * n * sizeof *shape->second_form}};
+	pieces[0] = (struct gnp_array_piece){shape->exact, 3 * count * sizeof *shape->exact};
+	pieces[1] = (struct gnp_array_piece){shape->normals, 3 * count * sizeof *shape->normals};
+	pieces[2] = (struct gnp_array_piece){shape->second_form, 6 * count * sizeof *shape->second_form};
 }
 
-static void digest_of(const struct gnp_train_shape *shape, char text[GNP_SHA256_TEXT])
+static void title_of(const struct gnp_train_shape_key *key, char title[GNP_ARRAY_FILE_TITLE])
 {
-	struct pieces pieces = pieces_of(shape);
-	gnp_sha256_text((const void *const *)pieces.data, pieces.size, 3, text);
-}
-
-static size_t write_line(const struct gnp_train_shape_key *key, const char *digest, char line[LINE_MAX_BYTES])
-{
-	return (size_t)snprintf(line, LINE_MAX_BYTES, "gnp-train-shape %d seed %llu degree %u points %zu sha256 %s\n", VERSION,
-	                        (unsigned long long)key->seed, key->degree, key->points, digest);
+	snprintf(title, GNP_ARRAY_FILE_TITLE, "gnp-train-shape %d seed %llu degree %u points %zu", VERSION,
+	         (unsigned long long)key->seed, key->degree, key->points);
 }
 
 static gnp_status path_of(const char *folder, const struct gnp_train_shape_key *key, char path[PATH_MAX],
@@ -119,21 +106,11 @@ static gnp_status make(const struct gnp_train_shape_key *key, struct gnp_pool *p
 static gnp_status save(const char *path, const struct gnp_train_shape_key *key, const struct gnp_train_shape *shape,
                        struct gnp_error *error)
 {
-	char line[LINE_MAX_BYTES], digest[GNP_SHA256_TEXT];
-	digest_of(shape, digest);
-	size_t used = write_line(key, digest, line);
-	struct pieces pieces = pieces_of(shape);
-	unsigned char *file = gnp_array_new(used + shape->count * BYTES_A_POINT, 1);
-	if (!file)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu points", path, shape->count);
-	memcpy(file, line, used);
-	for (int i = 0; i < 3; i++) {
-		memcpy(file + used, pieces.data[i], pieces.size[i]);
-		used += pieces.size[i];
-	}
-	gnp_status status = gnp_file_write(path, file, used, error);
-	free(file);
-	return status;
+	struct gnp_array_piece pieces[PIECES];
+	char title[GNP_ARRAY_FILE_TITLE];
+	pieces_of(shape, shape->count, pieces);
+	title_of(key, title);
+	return gnp_array_file_write(path, title, pieces, PIECES, error);
 }
 
 static gnp_status make_and_save(const char *folder, const char *path, const struct gnp_train_shape_key *key,
@@ -156,31 +133,23 @@ static gnp_status make_and_save(const char *folder, const char *path, const stru
 
 /* ---- Reading ---- */
 
-/* Whether the file was whole and of this shape; *status tells of what else went wrong. */
-static bool read_file(const char *path, const struct gnp_train_shape_key *key, struct gnp_train_shape *out, gnp_status *status,
-                      struct gnp_error *error)
+static gnp_status read_file(const char *path, const struct gnp_train_shape_key *key, struct gnp_train_shape *out,
+                            struct gnp_error *error)
 {
-	struct gnp_buffer file = {0};
+	struct gnp_array_piece pieces[PIECES];
 	struct gnp_train_shape shape;
-	char line[LINE_MAX_BYTES], digest[GNP_SHA256_TEXT];
-	if (gnp_file_read(path, &file, NULL) != GNP_OK)
-		return false;
-	size_t used = write_line(key, "", line) - 1, header = used + GNP_SHA256_TEXT;
-	bool good = file.size == header + key->points * BYTES_A_POINT && memcmp(file.data, line, used) == 0;
-	if (good && (*status = reserve(key->points, &shape, error)) == GNP_OK) {
-		struct pieces pieces = pieces_of(&shape);
-		const unsigned char *from = file.data + header;
-		for (int i = 0; i < 3; from += pieces.size[i], i++)
-			memcpy(pieces.data[i], from, pieces.size[i]);
-		digest_of(&shape, digest);
-		good = memcmp(file.data + used, digest, GNP_SHA256_TEXT - 1) == 0;
-		if (good)
-			*out = shape;
-		else
-			gnp_train_shape_clear(&shape);
-	}
-	gnp_buffer_clear(&file);
-	return good;
+	char title[GNP_ARRAY_FILE_TITLE];
+	gnp_status status = reserve(key->points, &shape, error);
+	if (status != GNP_OK)
+		return status;
+	pieces_of(&shape, shape.count, pieces);
+	title_of(key, title);
+	status = gnp_array_file_read(path, title, pieces, PIECES, error);
+	if (status == GNP_OK)
+		*out = shape;
+	else
+		gnp_train_shape_clear(&shape);
+	return status;
 }
 
 gnp_status gnp_train_shape_load(const char *folder, const struct gnp_train_shape_key *key, struct gnp_pool *pool,
@@ -188,7 +157,7 @@ gnp_status gnp_train_shape_load(const char *folder, const struct gnp_train_shape
 {
 	char path[PATH_MAX];
 	gnp_status status = path_of(folder, key, path, error);
-	if (status != GNP_OK || read_file(path, key, out, &status, error))
+	if (status != GNP_OK || read_file(path, key, out, NULL) == GNP_OK)
 		return status;
 	return make_and_save(folder, path, key, pool, task, out, error);
 }
@@ -196,14 +165,16 @@ gnp_status gnp_train_shape_load(const char *folder, const struct gnp_train_shape
 gnp_status gnp_train_shape_ensure(const char *folder, const struct gnp_train_shape_key *key, struct gnp_pool *pool,
                                   struct gnp_task *task, struct gnp_error *error)
 {
-	char path[PATH_MAX], line[LINE_MAX_BYTES];
+	char path[PATH_MAX], title[GNP_ARRAY_FILE_TITLE];
 	struct stat info;
-	struct gnp_train_shape shape;
+	struct gnp_train_shape shape = {0};
+	struct gnp_array_piece pieces[PIECES];
 	gnp_status status = path_of(folder, key, path, error);
 	if (status != GNP_OK)
 		return status;
-	size_t size = write_line(key, "", line) - 1 + GNP_SHA256_TEXT + key->points * BYTES_A_POINT;
-	if (stat(path, &info) == 0 && (size_t)info.st_size == size)
+	pieces_of(&shape, key->points, pieces);
+	title_of(key, title);
+	if (stat(path, &info) == 0 && (size_t)info.st_size == gnp_array_file_size(title, pieces, PIECES))
 		return GNP_OK;
 	status = make_and_save(folder, path, key, pool, task, &shape, error);
 	if (status == GNP_OK)

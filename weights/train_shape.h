@@ -1,8 +1,7 @@
 /* A shape to train on: a clean analytic cloud, sampled once and kept in a folder.
  *
- * The file is one line of text, "gnp-train-shape VERSION seed SEED degree L points N sha256 DIGEST\n", and the arrays as they
- * lie in memory, in the order of the struct; the digest is theirs. A file of another version or shape, a short one, or one whose digest does not
- * hold is made anew. */
+ * A file (array_file.h) that is not there or that cannot be used, as another version's or a damaged one, is made anew.
+ */
 #ifndef GNP_WEIGHTS_TRAIN_SHAPE_H
 #define GNP_WEIGHTS_TRAIN_SHAPE_H
 

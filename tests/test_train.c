@@ -1,0 +1,300 @@
+/* The training loop, on a network small enough to see through: coefficients = M (moments of the heights). */
+#include <unistd.h>
+
+#include "test.h"
+#include "train.h"
+#include "train_fit.h"
+
+enum { POINTS = 4000, DEGREE = 3, SIZE = 10, PARAMETERS = SIZE * SIZE, FILE_BYTES = 4096 };
+
+static char folder[64], checkpoint[96];
+
+/* ---- Adam ---- */
+
+static void adam_follows_its_definition(void)
+{
+	struct gnp_adam adam;
+	float x[2] = {1, -2};
+	double y[2] = {1, -2}, m[2] = {0}, v[2] = {0};
+	CHECK(gnp_adam_create(2, &adam, NULL) == GNP_OK);
+	for (int t = 1; t <= 50; t++) {
+		const float gradient[2] = {2 * x[0], (float)sin(t)};
+		gnp_adam_update(&adam, 0.01, gradient, x);
+		for (int i = 0; i < 2; i++) {
+			m[i] = 0.9 * m[i] + 0.1 * (double)gradient[i];
+			v[i] = 0.999 * v[i] + 0.001 * (double)gradient[i] * (double)gradient[i];
+			y[i] -= 0.01 * (m[i] / (1 - pow(0.9, t))) / (sqrt(v[i] / (1 - pow(0.999, t))) + 1e-8);
+			CHECK_NEAR(x[i], y[i], 2e-5);
+		}
+	}
+	gnp_adam_clear(&adam);
+}
+
+static void gradients_are_clipped_by_their_norm(void)
+{
+	float gradient[3] = {3, 0, -4}, broken[2] = {1, NAN};
+	CHECK_NEAR(gnp_gradient_clip(gradient, 3, 10), 5, 1e-12);
+	CHECK(gradient[0] == 3 && gradient[2] == -4);
+	CHECK_NEAR(gnp_gradient_clip(gradient, 3, 1), 5, 1e-12);
+	CHECK_NEAR(gradient[0], 0.6, 1e-7);
+	CHECK_NEAR(gradient[2], -0.8, 1e-7);
+	CHECK(isnan(gnp_gradient_clip(broken, 2, 1)));
+	CHECK(broken[0] == 0 && broken[1] == 0);
+}
+
+static void rate_rises_and_falls(void)
+{
+	CHECK_NEAR(gnp_rate_factor(0, 9, 0, 0.1), 0.1, 1e-12);
+	CHECK_NEAR(gnp_rate_factor(4, 9, 0, 0.1), 0.5, 1e-12);
+	CHECK_NEAR(gnp_rate_factor(9, 9, 0, 0.1), 1, 1e-12);
+	CHECK_NEAR(gnp_rate_factor(1000, 9, 0.5, 0.1), 0.55, 1e-12);
+	CHECK_NEAR(gnp_rate_factor(1000, 9, 1, 0.1), 0.1, 1e-12);
+}
+
+/* ---- A network ---- */
+
+struct toy {
+	const float *matrix; /* (SIZE, SIZE) */
+};
+
+static void moments_of(const struct gnp_train_patches *patches, size_t p, double moments[SIZE])
+{
+	memset(moments, 0, SIZE * sizeof *moments);
+	for (size_t i = 0; i < patches->inner[p]; i++) {
+		const float *node = patches->nodes + 3 * (patches->start[p] + i);
+		double u = node[0], v = node[1], phi[16];
+		gnp_basis_rows((struct gnp_basis){GNP_BASIS_TOTAL, DEGREE}, &u, &v, 1, 16, phi);
+		for (int b = 0; b < SIZE; b++)
+			moments[b] += phi[b] * node[2] / (double)patches->inner[p];
+	}
+}
+
+static void toy_initialize(const void *state, uint64_t seed, float *parameters)
+{
+	struct gnp_random random;
+	(void)state;
+	gnp_random_seed(&random, seed, 0);
+	for (int i = 0; i < PARAMETERS; i++)
+		parameters[i] = (float)(0.1 * gnp_random_normal(&random));
+}
+
+static gnp_status toy_load(void *state, const float *parameters, struct gnp_error *error)
+{
+	(void)error;
+	((struct toy *)state)->matrix = parameters;
+	return GNP_OK;
+}
+
+static gnp_status toy_forward(const void *state, const struct gnp_train_patches *patches, double *coefficients, void **tape,
+                              struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	const float *matrix = ((const struct toy *)state)->matrix;
+	double *moments = gnp_scratch_take(scratch, patches->count, SIZE * sizeof *moments);
+	(void)error;
+	for (size_t p = 0; p < patches->count; p++) {
+		moments_of(patches, p, moments + SIZE * p);
+		for (int a = 0; a < SIZE; a++) {
+			coefficients[SIZE * p + a] = 0;
+			for (int b = 0; b < SIZE; b++)
+				coefficients[SIZE * p + a] += matrix[SIZE * a + b] * moments[SIZE * p + b];
+		}
+	}
+	if (tape)
+		*tape = moments;
+	return GNP_OK;
+}
+
+static gnp_status toy_backward(const void *state, const struct gnp_train_patches *patches, const void *tape,
+                               const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
+{
+	const double *moments = tape;
+	(void)state;
+	(void)scratch;
+	(void)error;
+	for (size_t p = 0; p < patches->count; p++)
+		for (int a = 0; a < SIZE; a++)
+			for (int b = 0; b < SIZE; b++)
+				gradient[SIZE * a + b] += (float)(dcoefficients[SIZE * p + a] * moments[SIZE * p + b]);
+	return GNP_OK;
+}
+
+static struct gnp_train_network network_of(struct toy *toy)
+{
+	return (struct gnp_train_network){.name = "toy", .parameter_count = PARAMETERS, .basis = {GNP_BASIS_TOTAL, DEGREE}, .state = toy,
+	                                  .initialize = toy_initialize, .load = toy_load, .forward = toy_forward,
+	                                  .backward = toy_backward};
+}
+
+static struct gnp_train_options options_of(uint64_t steps)
+{
+	struct gnp_train_options options = gnp_train_defaults();
+	options.data = (struct gnp_train_data){.folder = folder, .shapes = 3, .points = POINTS, .regime = GNP_REGIME_NOISE_70, .seed = 5};
+	options.recipe = (struct gnp_train_recipe){.k = 30, .delta0_ratio = 0.5, .buffer = 1.25};
+	options.batch = 12;
+	options.micro = 4;
+	options.window = 2;
+	options.visit = 2;
+	options.steps = steps;
+	options.warm = 5;
+	options.rate = 0.03;
+	return options;
+}
+
+static struct gnp_train *open_train(const struct gnp_train_options *options, const struct gnp_train_network *network,
+                                    const char *resume, struct gnp_pool *pool)
+{
+	struct gnp_train *train;
+	struct gnp_error error = {0};
+	if (gnp_train_open(options, network, resume, pool, &train, &error) != GNP_OK) {
+		fprintf(stderr, "%s\n", error.text);
+		exit(1);
+	}
+	return train;
+}
+
+/* Takes steps, resuming a checkpoint or not, leaves one, and gives back its bytes but for the seconds and so the digest. */
+static size_t run(unsigned workers, uint64_t steps, bool resume, unsigned char bytes[FILE_BYTES])
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(6);
+	struct gnp_pool *pool;
+	CHECK(gnp_pool_create(workers, &pool, NULL) == GNP_OK);
+	struct gnp_train *train = open_train(&options, &network, resume ? checkpoint : NULL, pool);
+	for (uint64_t i = 0; i < steps; i++)
+		CHECK(gnp_train_step(train, NULL, NULL) == GNP_OK);
+	CHECK(gnp_train_save(train, checkpoint, NULL) == GNP_OK);
+	gnp_train_close(train);
+	gnp_pool_free(pool);
+	FILE *file = fopen(checkpoint, "rb");
+	size_t size = fread(bytes, 1, FILE_BYTES, file);
+	fclose(file);
+	memset(bytes + size - sizeof(double), 0, sizeof(double));
+	memset(strstr((char *)bytes, " sha256 "), 0, 72);
+	return size;
+}
+
+static void going_on_is_as_never_having_stopped(void)
+{
+	static unsigned char straight[FILE_BYTES], parts[FILE_BYTES];
+	size_t size = run(2, 6, false, straight);
+	run(2, 3, false, parts);
+	CHECK(memcmp(straight, parts, size) != 0);
+	CHECK(run(2, 3, true, parts) == size && memcmp(straight, parts, size) == 0);
+}
+
+static void the_number_of_workers_does_not_matter(void)
+{
+	static unsigned char one[FILE_BYTES], three[FILE_BYTES];
+	size_t size = run(1, 4, false, one);
+	CHECK(run(3, 4, false, three) == size && memcmp(one, three, size) == 0);
+}
+
+static void checkpoints_of_other_trainings_are_refused(void)
+{
+	unsigned char bytes[FILE_BYTES];
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(6);
+	struct gnp_pool *pool;
+	struct gnp_train *train;
+	struct gnp_error error = {0}, damaged = {0}, missing = {0};
+	run(1, 1, false, bytes);
+	CHECK(gnp_pool_create(1, &pool, NULL) == GNP_OK);
+	options.data.regime = GNP_REGIME_CLEAN_30;
+	CHECK(gnp_train_open(&options, &network, checkpoint, pool, &train, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "it is no file of \"gnp-train-checkpoint 1 parameters 100 regime clean-30 k 30 buffer 1.25 toy\"");
+	options.data.regime = GNP_REGIME_NOISE_70;
+	FILE *file = fopen(checkpoint, "r+b");
+	CHECK(fseek(file, 700, SEEK_SET) == 0 && fputc(1, file) == 1 && fclose(file) == 0);
+	CHECK(gnp_train_open(&options, &network, checkpoint, pool, &train, &damaged) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(damaged.text, "it is damaged");
+	CHECK(truncate(checkpoint, 700) == 0);
+	CHECK(gnp_train_open(&options, &network, checkpoint, pool, &train, NULL) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_train_open(&options, &network, "/proc/none", pool, &train, &missing) == GNP_IO);
+	gnp_pool_free(pool);
+}
+
+static void bad_options_are_named(void)
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(6);
+	struct gnp_train *train;
+	struct gnp_error error = {0};
+	options.batch = 13;
+	CHECK(gnp_train_open(&options, &network, NULL, NULL, &train, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "batch: got 13, need a multiple of 4, the micro-batch, up to 4096 of them");
+}
+
+static void training_learns(void)
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(300);
+	struct gnp_pool *pool;
+	double early = 0, late = 0;
+	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
+	struct gnp_train *train = open_train(&options, &network, NULL, pool);
+	for (int i = 0; i < 300; i++) {
+		struct gnp_train_report report;
+		CHECK(gnp_train_step(train, &report, NULL) == GNP_OK);
+		early += i < 20 ? report.terms.patch[GNP_LOSS_HEIGHT] / 20 : 0;
+		late += i >= 280 ? report.terms.patch[GNP_LOSS_HEIGHT] / 20 : 0;
+	}
+	CHECK(gnp_train_fraction(train) == 1);
+	CHECK_AT_MOST(late, 0.7 * early);
+	gnp_train_close(train);
+	gnp_pool_free(pool);
+}
+
+/* The loss through coefficients and jets, by differences. */
+static void gradients_reach_the_coefficients(void)
+{
+	const struct gnp_basis basis = {GNP_BASIS_TENSOR, 3};
+	struct gnp_patch patch = {.scale_xy = 0.05, .scale_w = 0.01};
+	double c[16], gradient[16] = {0}, rows[6 * GNP_BASIS_MAX], step = 1e-6;
+	for (int i = 0; i < 16; i++)
+		c[i] = sin(i + 1.0);
+	struct gnp_jet at = gnp_train_fit_jet(basis, c, &patch, 0.3, -0.2, rows);
+	struct gnp_jet want = gnp_basis_jet(basis, c, 0.3, -0.2), pull = {1, 0.5, -0.3, 0.02, 0.03, -0.01};
+	CHECK_NEAR(at.f, 0.01 * want.f, 1e-15);
+	CHECK_NEAR(at.v, 0.2 * want.v, 1e-14);
+	CHECK_NEAR(at.uv, 4 * want.uv, 1e-12);
+	gnp_train_fit_back(basis, rows, &pull, gradient);
+	for (int i = 0; i < 16; i++) {
+		double sum[2], keep = c[i];
+		for (int side = 0; side < 2; side++) {
+			double other[6 * GNP_BASIS_MAX];
+			c[i] = keep + (side ? step : -step);
+			struct gnp_jet jet = gnp_train_fit_jet(basis, c, &patch, 0.3, -0.2, other);
+			sum[side] = jet.f + 0.5 * jet.u - 0.3 * jet.v + 0.02 * jet.uu + 0.03 * jet.uv - 0.01 * jet.vv;
+		}
+		c[i] = keep;
+		CHECK_NEAR(gradient[i], (sum[1] - sum[0]) / (2 * step), 1e-7);
+	}
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {
+		TEST(adam_follows_its_definition),
+		TEST(gradients_are_clipped_by_their_norm),
+		TEST(rate_rises_and_falls),
+		TEST(gradients_reach_the_coefficients),
+		TEST(going_on_is_as_never_having_stopped),
+		TEST(the_number_of_workers_does_not_matter),
+		TEST(checkpoints_of_other_trainings_are_refused),
+		TEST(bad_options_are_named),
+		TEST(training_learns),
+	};
+	snprintf(folder, sizeof folder, "/tmp/gnp-train-XXXXXX");
+	if (!mkdtemp(folder))
+		return 1;
+	snprintf(checkpoint, sizeof checkpoint, "%s/checkpoint", folder);
+	int failed = RUN_TESTS(tests);
+	char command[96];
+	snprintf(command, sizeof command, "rm -r %s", folder);
+	return system(command) != 0 || failed;
+}
