@@ -8,16 +8,20 @@
 typedef double gnp_v8 __attribute__((vector_size(64)));
 typedef double gnp_v8u __attribute__((vector_size(64), aligned(8))); /* for unaligned loads and stores */
 
+typedef double gnp_v4 __attribute__((vector_size(32)));
+typedef double gnp_v4u __attribute__((vector_size(32), aligned(8)));
+
 #define GNP_INLINE static inline __attribute__((always_inline))
 
 #if defined(__x86_64__)
 #define GNP_TARGET_AVX512 __attribute__((target("avx512f,avx512dq,avx512vl,avx512bw,avx2,fma,prefer-vector-width=512")))
 #define GNP_TARGET_AVX2 __attribute__((target("avx2,fma")))
 
-/* Defines `void name(parameters)` that runs body(arguments) for the widest instruction set present. */
-#define GNP_SIMD_DISPATCH(linkage, name, body, parameters, arguments)                                           \
-	GNP_TARGET_AVX512 static void name##_avx512 parameters { body arguments; }                                  \
-	GNP_TARGET_AVX2 static void name##_avx2 parameters { body arguments; }                                      \
+/* Defines `void name(parameters)` that runs wide(arguments) under AVX-512, else narrow(arguments) under the widest
+ * instruction set present. GNP_SIMD_DISPATCH: one body for all. */
+#define GNP_SIMD_DISPATCH_TWO(linkage, name, wide, narrow, parameters, arguments)                               \
+	GNP_TARGET_AVX512 static void name##_avx512 parameters { wide arguments; }                                  \
+	GNP_TARGET_AVX2 static void name##_avx2 parameters { narrow arguments; }                                    \
 	linkage void name parameters                                                                                \
 	{                                                                                                           \
 		if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&                          \
@@ -26,12 +30,14 @@ typedef double gnp_v8u __attribute__((vector_size(64), aligned(8))); /* for unal
 		else if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))                               \
 			name##_avx2 arguments;                                                                              \
 		else                                                                                                    \
-			body arguments;                                                                                     \
+			narrow arguments;                                                                                   \
 	}
 #else
-#define GNP_SIMD_DISPATCH(linkage, name, body, parameters, arguments) \
-	linkage void name parameters { body arguments; }
+#define GNP_SIMD_DISPATCH_TWO(linkage, name, wide, narrow, parameters, arguments) \
+	linkage void name parameters { narrow arguments; }
 #endif
+#define GNP_SIMD_DISPATCH(linkage, name, body, parameters, arguments) \
+	GNP_SIMD_DISPATCH_TWO(linkage, name, body, body, parameters, arguments)
 
 /* Rounds a count up to whole vectors. */
 #define GNP_SIMD_PAD(count) (((count) + GNP_SIMD_WIDTH - 1) / GNP_SIMD_WIDTH * GNP_SIMD_WIDTH)
