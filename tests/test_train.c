@@ -1,9 +1,14 @@
 /* The training loop, on a network small enough to see through: coefficients = M (moments of the heights). */
 #include <unistd.h>
 
+#include "linalg.h"
+#include "loss_rule.h"
 #include "test.h"
 #include "train.h"
 #include "train_fit.h"
+#include "train_log.h"
+#include "train_run.h"
+#include "train_watch.h"
 
 enum { POINTS = 4000, DEGREE = 3, SIZE = 10, PARAMETERS = SIZE * SIZE, FILE_BYTES = 4096 };
 
@@ -119,6 +124,17 @@ static gnp_status toy_backward(const void *state, const struct gnp_train_patches
 	return GNP_OK;
 }
 
+static gnp_status toy_calibrate(const void *state, const struct gnp_train_patches *sets, size_t count, float *parameters,
+                                struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	(void)state;
+	(void)scratch;
+	(void)error;
+	for (size_t i = 0; i < count; i++)
+		parameters[0] += (float)sets[i].count;
+	return GNP_OK;
+}
+
 static struct gnp_train_network network_of(struct toy *toy)
 {
 	return (struct gnp_train_network){.name = "toy", .parameter_count = PARAMETERS, .basis = {GNP_BASIS_TOTAL, DEGREE}, .state = toy,
@@ -228,6 +244,131 @@ static void bad_options_are_named(void)
 	CHECK_STRING(error.text, "batch: got 13, need a multiple of 4, the micro-batch, up to 4096 of them");
 }
 
+static void calibration_comes_before_the_first_step_only(void)
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(6);
+	struct gnp_pool *pool;
+	unsigned char bytes[FILE_BYTES];
+	network.calibrate = toy_calibrate;
+	CHECK(gnp_pool_create(1, &pool, NULL) == GNP_OK);
+	struct gnp_train *train = open_train(&options, &network, NULL, pool);
+	CHECK(gnp_train_state(train)->parameters[0] > 250);
+	gnp_train_close(train);
+	run(1, 1, false, bytes);
+	train = open_train(&options, &network, checkpoint, pool);
+	CHECK(gnp_train_state(train)->parameters[0] < 1);
+	gnp_train_close(train);
+	gnp_pool_free(pool);
+}
+
+/* Its surface is the patch's plane. */
+static void a_network_that_sees_nothing_errs_by_all_there_is(void)
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_options options = options_of(6);
+	struct gnp_pool *pool;
+	struct gnp_train_watch *watch;
+	float nothing[PARAMETERS] = {0};
+	double errors[GNP_SCORES], again[GNP_SCORES];
+	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
+	CHECK(gnp_train_watch_open(&options.data, &options.recipe, 2, 21, &network, pool, &watch, NULL) == GNP_OK);
+	CHECK(gnp_train_watch_run(watch, nothing, errors, NULL) == GNP_OK);
+	CHECK_NEAR(errors[GNP_SCORE_SECOND_FORM], 1, 1e-12);
+	CHECK_NEAR(errors[GNP_SCORE_GAUSSIAN], 1, 1e-12);
+	CHECK_NEAR(errors[GNP_SCORE_MEAN], 1, 1e-12);
+	CHECK(errors[GNP_SCORE_NORMAL] > 0 && errors[GNP_SCORE_NORMAL] < 0.1);
+	CHECK(gnp_train_watch_run(watch, nothing, again, NULL) == GNP_OK);
+	CHECK(memcmp(errors, again, sizeof errors) == 0);
+	gnp_train_watch_close(watch);
+	gnp_train_watch_close(NULL);
+	gnp_pool_free(pool);
+}
+
+static void histories_are_read_back_up_to_a_step(void)
+{
+	struct gnp_train_log log = {0}, read = {0}, none = {0};
+	char path[96], picture[96];
+	snprintf(path, sizeof path, "%s/history.csv", folder);
+	snprintf(picture, sizeof picture, "%s/history.png", folder);
+	for (uint64_t i = 1; i <= 70; i++) {
+		struct gnp_train_row row = {.step = 10 * i, .seconds = 0.5 * (double)i, .report = {.loss = 1 / (double)i}};
+		row.report.terms.centre[GNP_LOSS_MEAN] = (double)i;
+		row.watched[GNP_SCORE_GAUSSIAN] = i % 10 ? NAN : 0.5;
+		CHECK(gnp_train_log_add(&log, &row, NULL) == GNP_OK);
+	}
+	CHECK(gnp_train_log_save(&log, path, NULL) == GNP_OK);
+	CHECK(gnp_train_log_load(path, 305, &read, NULL) == GNP_OK);
+	CHECK(read.count == 30 && read.rows[29].step == 300 && isnan(read.rows[28].watched[GNP_SCORE_GAUSSIAN]));
+	CHECK_NEAR(read.rows[29].report.loss, 1.0 / 30, 1e-6);
+	CHECK(read.rows[29].report.terms.centre[GNP_LOSS_MEAN] == 30 && read.rows[29].watched[GNP_SCORE_GAUSSIAN] == 0.5);
+	CHECK(gnp_train_log_draw(&log, "clean-30", picture, NULL) == GNP_OK);
+	CHECK(gnp_train_log_draw(&none, "nothing yet", picture, NULL) == GNP_OK);
+	CHECK(gnp_train_log_load("/proc/none", 1, &none, NULL) == GNP_OK && none.count == 0);
+	struct gnp_error error = {0};
+	CHECK(gnp_train_log_load(picture, 1, &none, &error) == GNP_INVALID_ARGUMENT);
+	gnp_train_log_clear(&log);
+	gnp_train_log_clear(&read);
+	gnp_train_log_clear(&none);
+}
+
+/* A run that is cancelled and resumed ends with the history of all its steps. */
+static void runs_are_resumed(void)
+{
+	struct toy toy;
+	struct gnp_train_network network = network_of(&toy);
+	struct gnp_train_run_options options = gnp_train_run_defaults();
+	struct gnp_pool *pool;
+	struct gnp_task task;
+	struct gnp_train_row last;
+	float parameters[PARAMETERS];
+	char path[128];
+	snprintf(path, sizeof path, "%s/run", folder);
+	options.train = options_of(6);
+	options.folder = path;
+	options.watch_shapes = 1;
+	options.watch_centres = 10;
+	options.line_seconds = 0;
+	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
+	gnp_task_init(&task);
+	CHECK(gnp_train_run(&options, &network, pool, &task, NULL, parameters, &last, NULL) == GNP_OK);
+	CHECK(last.step == 6 && !isnan(last.watched[GNP_SCORE_MEAN]));
+
+	options.train.steps = 3;
+	CHECK(gnp_train_run(&options, &network, pool, &task, NULL, parameters, &last, NULL) == GNP_OK);
+	options.train.steps = 6;
+	options.resume = true;
+	gnp_task_cancel(&task);
+	CHECK(gnp_train_run(&options, &network, pool, &task, NULL, parameters, &last, NULL) == GNP_CANCELLED);
+	gnp_task_init(&task);
+	CHECK(gnp_train_run(&options, &network, pool, &task, NULL, parameters, &last, NULL) == GNP_OK);
+	struct gnp_train_log log = {0};
+	snprintf(path + strlen(path), sizeof path - strlen(path), "/history.csv");
+	CHECK(gnp_train_log_load(path, 6, &log, NULL) == GNP_OK);
+	CHECK(log.count == 6 && log.rows[5].step == 6 && log.rows[5].patches_per_second > 0);
+	gnp_train_log_clear(&log);
+	gnp_pool_free(pool);
+}
+
+static void rules_of_the_loss_are_read(void)
+{
+	struct gnp_loss_rule rule = gnp_loss_defaults().patch;
+	struct gnp_error error = {0};
+	char text[200];
+	CHECK(gnp_loss_rule_parse("normal=0,mean_curvature=2,floor=0.25", "--patch", &rule, NULL) == GNP_OK);
+	gnp_loss_rule_print(&rule, text, sizeof text);
+	CHECK_STRING(text, "height=1,inverse_metric=0.5,second_form=0.5,gaussian_curvature=0.5,mean_curvature=2,floor=0.25,most=5");
+	static const char *const bad[] = {"", "height", "height=", "height=x", "height=1,", "heigh=1", "height=-1", "height=nan",
+	                                  "height=1;normal=1", "most=0", "=1"};
+	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+		CHECK(gnp_loss_rule_parse(bad[i], "--patch", &rule, NULL) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_loss_rule_parse("normal=1,hight=1", "--patch", &rule, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "--patch: got 'hight=1', need NAME=NUMBER");
+	CHECK(rule.lambda[GNP_LOSS_NORMAL] == 0);
+}
+
 static void training_learns(void)
 {
 	struct toy toy;
@@ -287,8 +428,14 @@ int main(int argc, char **argv)
 		TEST(the_number_of_workers_does_not_matter),
 		TEST(checkpoints_of_other_trainings_are_refused),
 		TEST(bad_options_are_named),
+		TEST(calibration_comes_before_the_first_step_only),
+		TEST(a_network_that_sees_nothing_errs_by_all_there_is),
+		TEST(histories_are_read_back_up_to_a_step),
+		TEST(runs_are_resumed),
+		TEST(rules_of_the_loss_are_read),
 		TEST(training_learns),
 	};
+	gnp_linalg_init();
 	snprintf(folder, sizeof folder, "/tmp/gnp-train-XXXXXX");
 	if (!mkdtemp(folder))
 		return 1;

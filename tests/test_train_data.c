@@ -218,6 +218,26 @@ static void centres_and_truth_are_no_outliers(void)
 	gnp_train_cloud_clear(&cloud);
 }
 
+/* A patch that reaches further holds as many points, and has the same nodes. */
+static void reaching_further_adds_no_nodes(void)
+{
+	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 4);
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	struct gnp_train_recipe recipe = {.k = 30, .delta0_ratio = 0.1, .buffer = 1.25};
+	const uint32_t centres[2] = {17, 18};
+	const double turns[2] = {0.5, 0};
+	struct gnp_train_patches near, far;
+	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, turns, 2, scratch, &near, NULL) == GNP_OK);
+	recipe.reach = 200;
+	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, turns, 2, scratch, &far, NULL) == GNP_OK);
+	CHECK(near.patches[1].buffer_count < 200 && far.patches[1].buffer_count == 200);
+	CHECK(near.start[2] == far.start[2] && near.start[1] == far.start[1] && near.truth_start[2] == far.truth_start[2]);
+	CHECK(memcmp(near.nodes, far.nodes, 3 * near.start[2] * sizeof(float)) == 0);
+	CHECK(memcmp(near.truth, far.truth, near.truth_start[2] * sizeof *near.truth) == 0);
+	gnp_scratch_free(scratch);
+	gnp_train_cloud_clear(&cloud);
+}
+
 /* Turned patches hold the same points: rotations of each other, with frames to match. */
 static void turning_changes_nothing_but_the_frame(void)
 {
@@ -283,6 +303,7 @@ int main(int argc, char **argv)
 		TEST(truth_is_the_geometry_of_the_surface),
 		TEST(truth_of_neighbours_is_one_surface),
 		TEST(centres_and_truth_are_no_outliers),
+		TEST(reaching_further_adds_no_nodes),
 		TEST(turning_changes_nothing_but_the_frame),
 		TEST(windows_opened_later_hold_the_same_clouds),
 		TEST(a_window_without_its_shapes_fails_when_it_moves),

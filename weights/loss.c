@@ -94,11 +94,6 @@ static void pull_back(const struct gnp_jet *h, const struct quantities *q, const
 
 /* ---- Terms ---- */
 
-/* Weighted sums of squares: of differences and of the truth. The normal's difference is that of the angle. */
-struct sums {
-	double error[GNP_LOSS_TERMS], size[GNP_LOSS_TERMS];
-};
-
 static double square(double x)
 {
 	return x * x;
@@ -115,23 +110,23 @@ static double tensor_distance(const double a[3], const double b[3])
 	return tensor_square(d);
 }
 
-static void add_point(struct sums *sums, double w, const struct gnp_jet *h, const struct gnp_jet *truth)
+void gnp_loss_add(struct gnp_loss_sums *sums, double weight, const struct gnp_jet *jet, const struct gnp_jet *truth)
 {
-	struct quantities f = quantities_of(h), t = quantities_of(truth);
+	struct quantities f = quantities_of(jet), t = quantities_of(truth);
 	double angle = 0;
 	for (int c = 0; c < 3; c++)
 		angle += square(f.normal[c] - t.normal[c]);
-	sums->error[GNP_LOSS_HEIGHT] += w * square(h->f - truth->f);
-	sums->size[GNP_LOSS_HEIGHT] += w * square(truth->f);
-	sums->error[GNP_LOSS_ANGLE] += w * angle;
-	sums->error[GNP_LOSS_INVERSE_METRIC] += w * tensor_distance(f.inverse, t.inverse);
-	sums->size[GNP_LOSS_INVERSE_METRIC] += w * tensor_square(t.inverse);
-	sums->error[GNP_LOSS_SECOND_FORM] += w * tensor_distance(f.form, t.form);
-	sums->size[GNP_LOSS_SECOND_FORM] += w * tensor_square(t.form);
-	sums->error[GNP_LOSS_GAUSSIAN] += w * square(f.gaussian - t.gaussian);
-	sums->size[GNP_LOSS_GAUSSIAN] += w * square(t.gaussian);
-	sums->error[GNP_LOSS_MEAN] += w * square(f.mean - t.mean);
-	sums->size[GNP_LOSS_MEAN] += w * square(t.mean);
+	sums->error[GNP_LOSS_HEIGHT] += weight * square(jet->f - truth->f);
+	sums->size[GNP_LOSS_HEIGHT] += weight * square(truth->f);
+	sums->error[GNP_LOSS_ANGLE] += weight * angle;
+	sums->error[GNP_LOSS_INVERSE_METRIC] += weight * tensor_distance(f.inverse, t.inverse);
+	sums->size[GNP_LOSS_INVERSE_METRIC] += weight * tensor_square(t.inverse);
+	sums->error[GNP_LOSS_SECOND_FORM] += weight * tensor_distance(f.form, t.form);
+	sums->size[GNP_LOSS_SECOND_FORM] += weight * tensor_square(t.form);
+	sums->error[GNP_LOSS_GAUSSIAN] += weight * square(f.gaussian - t.gaussian);
+	sums->size[GNP_LOSS_GAUSSIAN] += weight * square(t.gaussian);
+	sums->error[GNP_LOSS_MEAN] += weight * square(f.mean - t.mean);
+	sums->size[GNP_LOSS_MEAN] += weight * square(t.mean);
 }
 
 /* A term's value, and its factor: d (lambda term) / d f_i = factor w_i (f_i - f*_i). */
@@ -144,7 +139,7 @@ static bool is_curvature(enum gnp_loss_term term)
 	return term == GNP_LOSS_SECOND_FORM || term == GNP_LOSS_GAUSSIAN || term == GNP_LOSS_MEAN;
 }
 
-static struct graded grade(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct sums *sums,
+static struct graded grade(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_loss_sums *sums,
                            enum gnp_loss_term term)
 {
 	double lambda = rule->lambda[term];
@@ -158,7 +153,7 @@ static struct graded grade(const struct gnp_loss_rule *rule, const struct gnp_lo
 	return graded;
 }
 
-static void grade_all(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct sums *sums,
+static void grade_all(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_loss_sums *sums,
                       struct graded graded[GNP_LOSS_TERMS])
 {
 	for (int t = 0; t < GNP_LOSS_TERMS; t++)
@@ -195,13 +190,13 @@ static double weight_of(const struct gnp_loss_rule *rule, const struct gnp_truth
 static double judge(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *truth,
                     const struct gnp_jet *jets, size_t count, double values[GNP_LOSS_TERMS], struct gnp_jet *gradient)
 {
-	struct sums sums = {{0}, {0}};
+	struct gnp_loss_sums sums = {{0}, {0}};
 	struct graded graded[GNP_LOSS_TERMS];
 	double total = 0, loss = 0;
 	for (size_t i = 0; i < count; i++)
 		total += weight_of(rule, truth, i);
 	for (size_t i = 0; i < count; i++)
-		add_point(&sums, weight_of(rule, truth, i) / total, &jets[i], &truth[i].jet);
+		gnp_loss_add(&sums, weight_of(rule, truth, i) / total, &jets[i], &truth[i].jet);
 	grade_all(rule, scale, &sums, graded);
 	for (size_t i = 0; gradient && i < count; i++)
 		add_gradient(graded, weight_of(rule, truth, i) / total, &jets[i], &truth[i].jet, &gradient[i]);

@@ -58,6 +58,13 @@ struct gnp_loss_terms {
 	double patch[GNP_LOSS_TERMS], centre[GNP_LOSS_TERMS];
 };
 
+/* Weighted sums of squares, of differences and of the truth, of each term's quantity; that of angle is |n - n*|^2, whose truth
+ * counts as 0, and normal has none. */
+struct gnp_loss_sums {
+	double error[GNP_LOSS_TERMS], size[GNP_LOSS_TERMS];
+};
+void gnp_loss_add(struct gnp_loss_sums *sums, double weight, const struct gnp_jet *jet, const struct gnp_jet *truth);
+
 /* The loss of one patch: jets (count) the fit's at the places of truth (count), in length units, the first its centre;
  * count >= 1. gradient (count): d loss / d jet, or NULL. terms may be NULL. */
 double gnp_loss_patch(const struct gnp_loss_options *options, const struct gnp_loss_scale *scale, const struct gnp_truth *truth,

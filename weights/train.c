@@ -9,8 +9,8 @@
 #include "train_fit.h"
 
 /* Stream of the seed that micro-batches draw from: the step times MICROS_MAX plus the micro-batch is in the low bits. */
-static const uint64_t STREAM_BATCH = UINT64_C(0x13) << 56;
-enum { MICROS_MAX = 4096, PARAMETERS_A_CHUNK = 16384 };
+static const uint64_t STREAM_BATCH = UINT64_C(0x13) << 56, STREAM_CALIBRATION = UINT64_C(0x14) << 56;
+enum { MICROS_MAX = 4096, PARAMETERS_A_CHUNK = 16384, CALIBRATION_PATCHES = 128 };
 
 /* A micro-batch's share of the report. */
 struct share {
@@ -201,9 +201,9 @@ static gnp_status check_options(const struct gnp_train_options *options, struct 
 	if (options->data.shapes == 0 || options->window == 0 || options->visit == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "shapes, window, visit: got %zu, %zu, %llu, need at least 1 each",
 		                     options->data.shapes, options->window, (unsigned long long)options->visit);
-	if (options->data.points <= 4 * options->recipe.k)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need more than %zu", options->data.points,
-		                     4 * options->recipe.k);
+	size_t seen = options->recipe.reach > options->recipe.k ? options->recipe.reach : options->recipe.k;
+	if (options->data.points <= 2 * seen)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need more than %zu", options->data.points, 2 * seen);
 	if (!options->steps && !(options->seconds > 0))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "training: got no steps and no seconds, need one of them");
 	return gnp_seed_check_training(options->data.shapes, error);
@@ -214,6 +214,33 @@ static void describe(const struct gnp_train *train, char *text, size_t size)
 {
 	snprintf(text, size, "regime %s k %zu buffer %g %s", gnp_regime_info(train->options.data.regime)->name, train->options.recipe.k,
 	         train->options.recipe.buffer, train->network->name);
+}
+
+/* What follows from data is set from patches of the first clouds. */
+static gnp_status calibrate_by(struct gnp_train *train, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	const struct gnp_train_network *network = train->network;
+	size_t count = train->options.window;
+	struct gnp_random random;
+	struct gnp_train_patches *sets = gnp_scratch_take(scratch, count, sizeof *sets);
+	gnp_status status = sets ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu sets of patches", count);
+	gnp_random_seed(&random, train->options.data.seed, STREAM_CALIBRATION);
+	for (size_t i = 0; i < count && status == GNP_OK; i++)
+		status = gnp_train_patches_draw(gnp_train_window_at(train->window, i), &train->options.recipe, CALIBRATION_PATCHES, &random,
+		                                scratch, &sets[i], error);
+	if (status == GNP_OK)
+		status = network->calibrate(network->state, sets, count, train->state.parameters, scratch, error);
+	return status;
+}
+
+static gnp_status calibrate(struct gnp_train *train, struct gnp_error *error)
+{
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	if (!scratch)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory");
+	gnp_status status = calibrate_by(train, scratch, error);
+	gnp_scratch_free(scratch);
+	return status;
 }
 
 static gnp_status start(struct gnp_train *train, const char *resume, struct gnp_error *error)
@@ -235,6 +262,8 @@ static gnp_status start(struct gnp_train *train, const char *resume, struct gnp_
 	if (status == GNP_OK)
 		status = gnp_train_window_open(&train->options.data, train->options.window, train->state.step / train->options.visit,
 		                               train->pool, &train->window, error);
+	if (status == GNP_OK && !resume && train->network->calibrate)
+		status = calibrate(train, error);
 	return status;
 }
 

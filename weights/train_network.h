@@ -13,6 +13,10 @@ struct gnp_train_network {
 	void *state;
 	/* Fresh parameters (parameter_count) for a seed. */
 	void (*initialize)(const void *state, uint64_t seed, float *parameters);
+	/* Sets those of them that follow from data and are not trained, such as means of inputs; NULL: there are none. Before the
+	 * first step, with sets (count) of patches of several clouds. */
+	gnp_status (*calibrate)(const void *state, const struct gnp_train_patches *sets, size_t count, float *parameters,
+	                        struct gnp_scratch *scratch, struct gnp_error *error);
 	/* Takes parameters, which stay as they are until the next call, before they are used. Not thread-safe. */
 	gnp_status (*load)(void *state, const float *parameters, struct gnp_error *error);
 	/* coefficients (patches, size of the basis) out. *tape, in scratch, holds what backward needs; NULL: not wanted. */

@@ -70,60 +70,79 @@ static size_t fill_truth(const struct gnp_train_cloud *cloud, const struct gnp_p
 	return count;
 }
 
-static void fill_nodes(const struct gnp_patch *patch, float *nodes)
+static void fill_nodes(const struct gnp_patch *patch, size_t count, float *nodes)
 {
-	for (size_t i = 0; i < patch->buffer_count; i++) {
+	for (size_t i = 0; i < count; i++) {
 		nodes[3 * i] = (float)patch->u[i];
 		nodes[3 * i + 1] = (float)patch->v[i];
 		nodes[3 * i + 2] = (float)patch->w[i];
 	}
 }
 
-static gnp_status reserve(size_t count, size_t rows, struct gnp_scratch *scratch, struct gnp_train_patches *out,
+/* Room for patches of `points` points in all. */
+static gnp_status reserve(size_t count, size_t points, struct gnp_scratch *scratch, struct gnp_train_patches *out,
                           struct gnp_error *error)
 {
 	out->patches = gnp_scratch_take(scratch, count, sizeof *out->patches);
+	out->start = gnp_scratch_take(scratch, count + 1, sizeof *out->start);
 	out->inner = gnp_scratch_take(scratch, count, sizeof *out->inner);
-	out->nodes = gnp_scratch_take(scratch, rows, 3 * sizeof *out->nodes);
+	out->nodes = gnp_scratch_take(scratch, points, 3 * sizeof *out->nodes);
 	out->truth_start = gnp_scratch_take(scratch, count + 1, sizeof *out->truth_start);
-	out->truth = gnp_scratch_take(scratch, rows, sizeof *out->truth);
-	if (out->patches && out->inner && out->nodes && out->truth_start && out->truth)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", count);
+	out->truth = gnp_scratch_take(scratch, points, sizeof *out->truth);
+	if (!out->patches || !out->start || !out->inner || !out->nodes || !out->truth_start || !out->truth)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", count);
+	out->start[0] = out->truth_start[0] = 0;
+	return GNP_OK;
+}
+
+static gnp_status find(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe, const uint32_t *centres,
+                       size_t count, struct gnp_scratch *scratch, struct gnp_neighborhoods *found, struct gnp_error *error)
+{
+	double ratio = recipe->buffer * GNP_PATCH_TAU;
+	size_t most = (size_t)(4 * recipe->buffer * recipe->buffer * (double)recipe->k) + 64;
+	if (recipe->reach)
+		return gnp_neighborhoods_find(cloud->prepared.neighbors, centres, count, recipe->reach, 1, recipe->reach, scratch, found,
+		                              error);
+	return gnp_neighborhoods_find(cloud->prepared.neighbors, centres, count, recipe->k, ratio, most, scratch, found, error);
+}
+
+/* Patch p, from its row of found points; uvw: (row, 3) room for its coordinates. */
+static gnp_status build_one(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe,
+                            const struct gnp_neighborhoods *found, size_t p, uint32_t centre, double turn, double *uvw,
+                            struct gnp_train_patches *out, struct gnp_error *error)
+{
+	const struct gnp_patch_source source = {cloud->prepared.points, cloud->prepared.normals, recipe->k, recipe->delta0_ratio, false};
+	const double *distance = found->distance + found->start[p];
+	size_t length = found->start[p + 1] - found->start[p], nodes = 0;
+	struct gnp_patch *patch = &out->patches[p];
+	gnp_status status = gnp_patch_build(&source, found, p, centre, uvw, uvw + length, uvw + 2 * length, patch, error);
+	if (status != GNP_OK)
+		return status;
+	turn_patch(patch, turn);
+	while (nodes < length && distance[nodes] <= recipe->buffer * patch->epsilon)
+		nodes++;
+	fill_nodes(patch, nodes, out->nodes + 3 * out->start[p]);
+	out->start[p + 1] = out->start[p] + nodes;
+	out->inner[p] = patch->count;
+	out->truth_start[p + 1] = out->truth_start[p] + fill_truth(cloud, patch, out->truth + out->truth_start[p]);
+	return GNP_OK;
 }
 
 gnp_status gnp_train_patches_build(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe,
                                    const uint32_t *centres, const double *turn, size_t count, struct gnp_scratch *scratch,
                                    struct gnp_train_patches *out, struct gnp_error *error)
 {
-	const struct gnp_patch_source source = {cloud->prepared.points, cloud->prepared.normals, recipe->k, recipe->delta0_ratio, false};
-	size_t most = (size_t)(4 * recipe->buffer * recipe->buffer * (double)recipe->k) + 64;
 	struct gnp_neighborhoods found;
-	gnp_status status = gnp_neighborhoods_find(cloud->prepared.neighbors, centres, count, recipe->k,
-	                                           recipe->buffer * GNP_PATCH_TAU, most, scratch, &found, error);
+	gnp_status status = find(cloud, recipe, centres, count, scratch, &found, error);
 	if (status != GNP_OK)
 		return status;
-	size_t rows = found.start[count];
-	double *uvw = gnp_scratch_take(scratch, rows, 3 * sizeof *uvw);
-	*out = (struct gnp_train_patches){.cloud = cloud, .count = count, .start = found.start};
+	*out = (struct gnp_train_patches){.cloud = cloud, .count = count};
+	double *uvw = gnp_scratch_take(scratch, found.start[count], 3 * sizeof *uvw);
 	if (!uvw)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for patches of %zu points", rows);
-	status = reserve(count, rows, scratch, out, error);
-	if (status != GNP_OK)
-		return status;
-	out->truth_start[0] = 0;
-	for (size_t p = 0; p < count && status == GNP_OK; p++) {
-		double *u = uvw + 3 * found.start[p];
-		size_t length = found.start[p + 1] - found.start[p], from = out->truth_start[p];
-		struct gnp_patch *patch = &out->patches[p];
-		status = gnp_patch_build(&source, &found, p, centres[p], u, u + length, u + 2 * length, patch, error);
-		if (status != GNP_OK)
-			return status;
-		turn_patch(patch, turn[p]);
-		fill_nodes(patch, out->nodes + 3 * found.start[p]);
-		out->inner[p] = patch->count;
-		out->truth_start[p + 1] = from + fill_truth(cloud, patch, out->truth + from);
-	}
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for patches of %zu points", found.start[count]);
+	status = reserve(count, found.start[count], scratch, out, error);
+	for (size_t p = 0; p < count && status == GNP_OK; p++)
+		status = build_one(cloud, recipe, &found, p, centres[p], turn[p], uvw + 3 * found.start[p], out, error);
 	return status;
 }
 

@@ -17,6 +17,7 @@ struct gnp_train_recipe {
 	size_t k;            /* neighbours that set epsilon */
 	double delta0_ratio; /* smallest height scale in units of epsilon */
 	double buffer;       /* nodes out to buffer * epsilon, >= 1 */
+	size_t reach;        /* nearest points that a patch holds whether they are nodes or not; 0: no more than its nodes */
 };
 
 /* Truth at one point of a patch. */
@@ -25,12 +26,12 @@ struct gnp_truth {
 	struct gnp_jet jet; /* height over the plane and derivatives, in length units */
 };
 
-/* Arrays live in scratch. Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
+/* Arrays live in scratch. patches[p].u, v, w hold all points of the patch, nearest first; nodes are the first of them. Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
 struct gnp_train_patches {
 	const struct gnp_train_cloud *cloud;
 	size_t count;
 	struct gnp_patch *patches;
-	size_t *start;  /* (count + 1) */
+	size_t *start;  /* (count + 1) from 0 */
 	size_t *inner;  /* (count) */
 	float *nodes;   /* (start[count], 3) u, v, w */
 	size_t *truth_start;     /* (count + 1) */
