@@ -419,6 +419,16 @@ void gnp_weights_free(struct gnp_weights *weights)
 	free(weights);
 }
 
+gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_error *error, const char *format, ...)
+{
+	char text[300];
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(text, sizeof text, format, arguments);
+	va_end(arguments);
+	return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "%s", text);
+}
+
 /* ---- What it holds ---- */
 
 const char *gnp_weights_path(const struct gnp_weights *weights)

@@ -42,6 +42,10 @@ gnp_status gnp_weights_decode(const char *name, const void *bytes, size_t size, 
                               struct gnp_error *error);
 void gnp_weights_free(struct gnp_weights *weights);
 
+/* Sets error to "FILE: TEXT" and returns GNP_INVALID_ARGUMENT: for whoever finds fault with what a file holds. */
+gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_error *error, const char *format, ...)
+	__attribute__((format(printf, 3, 4)));
+
 /* Everything below lives as long as the weights. Tensors come in the order of their data, metadata in that of the keys. */
 const char *gnp_weights_path(const struct gnp_weights *weights);
 /* Of all bytes of the file, 64 hexadecimal digits. */
