@@ -13,6 +13,7 @@ static const struct gnp_option client_options[] = {
 	{"input-format", 0, "NAME", "format of the input (default: by extension, else by its first bytes)"},
 	{"local", 0, NULL, "work on this machine (the default)"},
 	{"workers", 0, "N", "threads of local work (default: one a core)"},
+	{"weights-dir", 0, "DIR", "weights of local work (default: the installed ones, else ./weights)"},
 	{"url", 0, "URL", "have a server do it, for example http://127.0.0.1:8080"},
 	{"timeout", 0, "SECONDS", "how long a server may take (default: no limit)"},
 };
@@ -21,7 +22,7 @@ static const struct gnp_option client_options[] = {
 /* One invocation. */
 struct job {
 	const struct gnp_operation *operation;
-	const char *input, *output, *url, *input_format_name;
+	const char *input, *output, *url, *input_format_name, *weights_dir;
 	enum gnp_format input_format, output_format;
 	uint64_t workers;
 	double timeout;
@@ -59,9 +60,12 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 	job->input = arguments->operands[0];
 	job->output = gnp_arguments_get(arguments, "output", "-");
 	job->url = gnp_arguments_get(arguments, "url", NULL);
+	job->weights_dir = gnp_arguments_get(arguments, "weights-dir", NULL);
 	job->input_format_name = gnp_arguments_get(arguments, "input-format", NULL);
 	if (job->url && gnp_arguments_has(arguments, "local"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--local and --url: give one of them");
+	if (job->url && job->weights_dir)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--weights-dir: is of local work, and --url asks a server");
 	if (job->url && gnp_arguments_has(arguments, "workers"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--workers: is of local work, and --url asks a server");
 	gnp_status status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
@@ -97,15 +101,17 @@ static gnp_status encode(const struct job *job, const struct gnp_request *reques
 
 static gnp_status run_local(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
 {
-	static const struct gnp_limits no_limits = {0};
+	struct gnp_models *models = NULL;
 	struct gnp_request request = {0};
 	struct gnp_response response = {0};
 	struct gnp_call call;
 	gnp_task_stage(&session->task, GNP_STAGE_DECODE, 0);
 	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, 0, &request.inputs, error);
 	request.parameters = job->parameters;
+	if (status == GNP_OK && job->operation->resolve)
+		status = gnp_models_load(job->weights_dir, &models, error);
 	if (status == GNP_OK)
-		status = gnp_call_prepare(job->operation, &request, &no_limits, &call, error);
+		status = gnp_call_prepare(job->operation, &request, &(struct gnp_limits){.models = models}, &call, error);
 	if (status == GNP_OK)
 		status = gnp_call_run(&call, session->pool, &session->task, &response, error);
 	gnp_task_stage(&session->task, GNP_STAGE_ENCODE, 0);
@@ -114,6 +120,7 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 	gnp_response_clear(&response);
 	request.parameters = (struct gnp_values){0};
 	gnp_request_clear(&request);
+	gnp_models_release(models);
 	return status;
 }
 

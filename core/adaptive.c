@@ -376,9 +376,10 @@ static gnp_status prepare_state(struct state *state, const struct gnp_fit_cloud 
 	return choose_supports(state, cloud, pool, task, error);
 }
 
-gnp_status gnp_adaptive_prepare(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
-                                void **out, struct gnp_error *error)
+gnp_status gnp_adaptive_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
+                                struct gnp_pool *pool, struct gnp_task *task, void **out, struct gnp_error *error)
 {
+	(void)options;
 	struct state *state = gnp_array_zero(1, sizeof *state);
 	if (!state)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "adaptive: no memory");

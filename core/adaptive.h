@@ -14,8 +14,8 @@
 #include "estimator.h"
 
 /* See struct gnp_estimator. */
-gnp_status gnp_adaptive_prepare(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
-                                void **state, struct gnp_error *error);
+gnp_status gnp_adaptive_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
+                                struct gnp_pool *pool, struct gnp_task *task, void **state, struct gnp_error *error);
 void gnp_adaptive_release(void *state);
 size_t gnp_adaptive_reach(const void *state, uint32_t point);
 size_t gnp_adaptive_served(const void *state, uint32_t point);

@@ -268,7 +268,7 @@ static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, st
 	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->neighbors};
 	gnp_status status = GNP_OK;
 	if (work->estimator->prepare)
-		status = work->estimator->prepare(&cloud, pool, task, &work->state, error);
+		status = work->estimator->prepare(&cloud, &work->fit, pool, task, &work->state, error);
 	if (status == GNP_OK && work->estimator->outliers)
 		work->outlier = work->estimator->outliers(work->state);
 	if (status == GNP_OK && work->estimator->normals)
@@ -306,7 +306,8 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 {
 	const struct gnp_estimator *estimator = estimator_of(options);
 	struct work work = {.prepared = prepared, .choice = choice, .estimator = estimator,
-	                    .fit = {basis_of(options), (enum gnp_weight_kind)options->weight},
+	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
+	                            .model = options->model, .models = options->models},
 	                    .quantities = options->quantities & offered_quantities(estimator), .k = (size_t)options->k,
 	                    .out = estimate};
 	gnp_task_stage(task, GNP_STAGE_PREPARE, 0);
@@ -326,6 +327,7 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 	estimate->components = prepared->components;
 	estimate->patches = work.cover.count;
 	estimate->degenerate = work.degenerate;
+	estimate->model = estimator->model ? estimator->model(work.state) : NULL;
 	work_clear(&work);
 	return status;
 }

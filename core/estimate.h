@@ -19,6 +19,8 @@ struct gnp_estimate_options {
 	int basis;            /* enum gnp_basis_kind */
 	int weight;           /* enum gnp_weight_kind */
 	uint64_t quantities;  /* GNP_QUANTITY_BIT mask */
+	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
+	const struct gnp_models *models; /* to choose from; may be NULL: none */
 };
 
 /* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
@@ -32,6 +34,7 @@ struct gnp_estimate {
 	int normals_estimated;               /* 1 when the cloud came without normals */
 	size_t components;                   /* connected components oriented; 0 when normals were given */
 	size_t patches;                      /* patches fitted */
+	const struct gnp_model *model;       /* the options' or the chosen one, borrowed; NULL: the estimator uses none */
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 

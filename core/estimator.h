@@ -17,9 +17,14 @@
 enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE, GNP_ESTIMATOR_KINDS };
 enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 
+struct gnp_model;
+struct gnp_models;
+
 /* How to fit; the fields an estimator has no use for are ignored by it. */
 struct gnp_fit_options {
 	struct gnp_basis basis;
+	const struct gnp_model *model;   /* the network; NULL: the one of models that suits the cloud */
+	const struct gnp_models *models; /* may be NULL: none */
 	enum gnp_weight_kind weight; /* of a point at r = |(u, v)| in [0, 1]: (1 - r)^4, 1, or 1.2 - r */
 };
 
@@ -52,9 +57,11 @@ struct gnp_estimator {
 	/* The basis of its surfaces, given the options'. */
 	struct gnp_basis (*basis)(struct gnp_basis wanted);
 	/* Looks at the whole cloud once; *state is freed by release. Both may be NULL. */
-	gnp_status (*prepare)(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, void **state,
-	                      struct gnp_error *error);
+	gnp_status (*prepare)(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
+	                      struct gnp_task *task, void **state, struct gnp_error *error);
 	void (*release)(void *state);
+	/* The model it uses; NULL: it uses none. */
+	const struct gnp_model *(*model)(const void *state);
 	/* How many nearest points the fit at a point wants to see; NULL: the patch alone. */
 	size_t (*reach)(const void *state, uint32_t point);
 	/* How many points about this one a patch may serve as well as one of their own would, at most

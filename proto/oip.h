@@ -30,8 +30,10 @@ gnp_status gnp_oip_encode_request(const struct gnp_request *request, struct gnp_
 gnp_status gnp_oip_decode_response(const unsigned char *body, size_t size, size_t header_length,
                                    struct gnp_response *response, struct gnp_error *error);
 
-/* {"name","versions","platform","inputs","outputs","parameters"} of an operation, for GET /v2/models/{name}. */
-gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error);
+/* {"name","versions","platform","inputs","outputs","parameters"} of an operation, for GET /v2/models/{name}; of one that uses
+ * weights also "weights": [{"name","sha256","parameter_count","regime","k"}], those of models (NULL: none). */
+gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, const struct gnp_models *models,
+                                  struct gnp_buffer *buffer, struct gnp_error *error);
 
 /* {"error","code","request_id"}. request_id may be NULL. */
 gnp_status gnp_oip_error_body(gnp_status status, const char *text, const char *request_id, struct gnp_buffer *buffer);

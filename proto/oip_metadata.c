@@ -53,7 +53,7 @@ static gnp_status write_choices(const struct gnp_parameter *p, struct gnp_buffer
 
 static gnp_status write_parameter(const struct gnp_parameter *p, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	static const char *const types[] = {"integer", "number", "boolean", "choice", "set"};
+	static const char *const types[] = {"integer", "number", "boolean", "choice", "set", "model"};
 	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"type\":\"%s\",", p->name, types[p->type]);
 	if (status == GNP_OK)
 		status = text_member("default", p->default_text, buffer, error);
@@ -68,7 +68,19 @@ static gnp_status write_parameter(const struct gnp_parameter *p, struct gnp_buff
 	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
 }
 
-gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
+/* The models a client may name. Their names and regimes need no escapes. */
+static gnp_status write_models(const struct gnp_models *models, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	const struct gnp_model *model;
+	gnp_status status = gnp_buffer_printf(buffer, error, ",\"weights\":[");
+	for (size_t i = 0; status == GNP_OK && (model = gnp_models_at(models, i)); i++)
+		status = gnp_buffer_printf(buffer, error, "%s{\"name\":\"%s\",\"sha256\":\"%s\",\"parameter_count\":%zu,\"regime\":\"%s\",\"k\":%u}",
+		                           i ? "," : "", model->name, model->sha256, model->parameter_count, model->regime, model->recipe.k);
+	return status == GNP_OK ? gnp_buffer_append(buffer, "]", 1, error) : status;
+}
+
+gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, const struct gnp_models *models,
+                                  struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"versions\":[\"1\"],\"platform\":\"gnpd\",", operation->name);
 	if (status == GNP_OK)
@@ -84,7 +96,11 @@ gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, struct 
 		if (status == GNP_OK)
 			status = write_parameter(&operation->parameters[i], buffer, error);
 	}
-	return status == GNP_OK ? gnp_buffer_append(buffer, "]}", 2, error) : status;
+	if (status == GNP_OK)
+		status = gnp_buffer_append(buffer, "]", 1, error);
+	if (status == GNP_OK && operation->resolve)
+		status = write_models(models, buffer, error);
+	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
 }
 
 gnp_status gnp_oip_error_body(gnp_status status, const char *text, const char *request_id, struct gnp_buffer *buffer)

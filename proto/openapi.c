@@ -31,6 +31,7 @@ static void put_value(struct writer *w, const struct gnp_parameter *p)
 	case GNP_PARAMETER_BOOL: PUT(w, "true|false"); break;
 	case GNP_PARAMETER_CHOICE: put_choices(w, p, "|"); break;
 	case GNP_PARAMETER_SET: PUT(w, "NAME,..."); break;
+	case GNP_PARAMETER_MODEL: PUT(w, "auto|NAME"); break;
 	}
 }
 
@@ -59,7 +60,7 @@ static void put_quoted(struct writer *w, const char *text)
 
 static void put_schema(struct writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
 {
-	static const char *const types[] = {"integer", "number", "boolean", "string", "string"};
+	static const char *const types[] = {"integer", "number", "boolean", "string", "string", "string"};
 	PUT(w, "{type: %s", types[p->type]);
 	if (p->type == GNP_PARAMETER_INTEGER || p->type == GNP_PARAMETER_NUMBER)
 		PUT(w, ", minimum: %.17g, maximum: %.17g", p->minimum, p->maximum);
@@ -74,8 +75,10 @@ static void put_schema(struct writer *w, const struct gnp_operation *operation, 
 			PUT(w, "%s%s", i ? "|" : "", operation->outputs[i].name);
 		PUT(w, ")(,[a-z_]+)*)$'");
 	}
+	if (p->type == GNP_PARAMETER_MODEL)
+		PUT(w, ", maxLength: %d", GNP_MODEL_NAME_MAX);
 	PUT(w, ", default: ");
-	if (p->type == GNP_PARAMETER_CHOICE || p->type == GNP_PARAMETER_SET)
+	if (p->type == GNP_PARAMETER_CHOICE || p->type == GNP_PARAMETER_SET || p->type == GNP_PARAMETER_MODEL)
 		put_quoted(w, p->default_text);
 	else
 		PUT(w, "%s", p->default_text);

@@ -124,6 +124,15 @@ static gnp_status set_outputs(const struct gnp_operation *operation, const struc
 	return GNP_OK;
 }
 
+static gnp_status set_model(const struct gnp_parameter *p, char *field, const char *text, struct gnp_error *error)
+{
+	if (!gnp_model_name_fits(text))
+		return bad(p, text, "auto or the name of a model", error);
+	memset(field, 0, GNP_MODEL_NAME_MAX + 1);
+	memcpy(field, text, strlen(text));
+	return GNP_OK;
+}
+
 static const struct gnp_parameter *parameter_find(const struct gnp_operation *operation, const char *name,
                                                   struct gnp_error *error)
 {
@@ -147,6 +156,7 @@ static gnp_status parse_text(const struct gnp_operation *operation, const struct
 	case GNP_PARAMETER_BOOL: return set_bool(p, field, text, error);
 	case GNP_PARAMETER_CHOICE: return set_choice(p, field, text, error);
 	case GNP_PARAMETER_SET: return set_outputs(operation, p, field, text, error);
+	case GNP_PARAMETER_MODEL: return set_model(p, field, text, error);
 	default: break;
 	}
 	if (gnp_number_read(text, end, &value) != end || !isfinite(value))
@@ -318,6 +328,8 @@ gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct 
 	status = check_parameters(&made, error);
 	if (status == GNP_OK)
 		status = check_outputs(&made, error);
+	if (status == GNP_OK && operation->resolve)
+		status = operation->resolve(made.options, limits ? limits->models : NULL, error);
 	if (status != GNP_OK)
 		return status;
 	made.memory = operation->memory(made.points, made.options);

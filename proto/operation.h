@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "message.h"
+#include "models.h"
 #include "pool.h"
 #include "status.h"
 #include "task.h"
@@ -19,13 +20,14 @@ enum gnp_parameter_type {
 	GNP_PARAMETER_NUMBER,
 	GNP_PARAMETER_BOOL,
 	GNP_PARAMETER_CHOICE,  /* one of choices; stored as its index */
-	GNP_PARAMETER_SET      /* comma-separated names of outputs, or "all"; stored as a bit mask */
+	GNP_PARAMETER_SET,     /* comma-separated names of outputs, or "all"; stored as a bit mask */
+	GNP_PARAMETER_MODEL    /* the name of a model, or "auto"; stored as char[GNP_MODEL_NAME_MAX + 1] */
 };
 
 struct gnp_parameter {
 	const char *name;
 	enum gnp_parameter_type type;
-	size_t offset;              /* of the int, double, bool or uint64_t in the operation's options struct */
+	size_t offset;              /* of the int, double, bool, uint64_t or text in the operation's options struct */
 	const char *default_text;   /* as a user would write it; equals what `defaults` sets (a test checks) */
 	double minimum, maximum;    /* of integers and numbers, inclusive */
 	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE */
@@ -53,6 +55,8 @@ struct gnp_operation {
 	const struct gnp_parameter *parameters;
 	size_t parameter_count;
 	void (*defaults)(void *options);
+	/* Finds the models that options name among those loaded (NULL: none); NULL for an operation that uses none. */
+	gnp_status (*resolve)(void *options, const struct gnp_models *models, struct gnp_error *error);
 	/* Bytes the work may allocate, for admission control. */
 	size_t (*memory)(size_t points, const void *options);
 	/* Does the work; response is empty on entry, cleared by the caller in any case. */
@@ -73,9 +77,10 @@ struct gnp_call {
 	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
 };
 
-/* Server-side limits that validation applies. */
+/* What validation needs to know of where the work will be done. */
 struct gnp_limits {
-	size_t points; /* most points a request may have; 0: no limit */
+	size_t points;                   /* most points a request may have; 0: no limit */
+	const struct gnp_models *models; /* those loaded, which must outlive the call; may be NULL: none */
 };
 
 /* Checks inputs (names, datatypes, shapes, counts against each other), requested outputs and every parameter.

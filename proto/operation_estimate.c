@@ -9,7 +9,14 @@
 #include "operation_table.h"
 #include "quantity.h"
 
-_Static_assert(sizeof(struct gnp_estimate_options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
+/* The core's options, and what stands for a model until it is found. */
+struct options {
+	struct gnp_estimate_options core;
+	char weights[GNP_MODEL_NAME_MAX + 1];
+};
+_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
+
+static const char automatic[] = "auto";
 
 static const struct gnp_tensor_info inputs[] = {
 	{"points", GNP_FP32, 2, {-1, 3}, false, "the cloud, in any length unit"},
@@ -29,10 +36,12 @@ static const char *const covers[] = {"cover", "all", NULL};
 static const char *const bases[] = {"tensor", "total", NULL};
 static const char *const weights[] = {"quartic", "flat", "linear", NULL};
 
-#define FIELD(name) offsetof(struct gnp_estimate_options, name)
+#define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
 	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gmls", 0, 0, estimators,
 	 "gmls: moving least squares; adaptive: robust, with standard errors, finds support and degree itself"},
+	{"weights", GNP_PARAMETER_MODEL, offsetof(struct options, weights), automatic, 0, 0, NULL,
+	 "the model of estimators that use one; auto: the one that suits the cloud"},
 	{"cover", GNP_PARAMETER_CHOICE, FIELD(cover), "cover", 0, 0, covers,
 	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},
 	{"k", GNP_PARAMETER_INTEGER, FIELD(k), "30", 12, 500, NULL, "neighbours that set the patch radius, 1.1 times the k-th distance"},
@@ -47,7 +56,16 @@ static const struct gnp_parameter parameters[] = {
 
 static void defaults(void *options)
 {
-	*(struct gnp_estimate_options *)options = gnp_estimate_defaults();
+	struct options *o = options;
+	o->core = gnp_estimate_defaults();
+	strcpy(o->weights, automatic);
+}
+
+static gnp_status resolve(void *options, const struct gnp_models *models, struct gnp_error *error)
+{
+	struct options *o = options;
+	o->core.models = models;
+	return strcmp(o->weights, automatic) == 0 ? GNP_OK : gnp_models_find(models, o->weights, &o->core.model, error);
 }
 
 static size_t saturating_add(size_t a, size_t b)
@@ -58,7 +76,7 @@ static size_t saturating_add(size_t a, size_t b)
 /* On top of the core's: the double copies of points and normals, and the encoded answer. */
 static size_t memory(size_t points, const void *options)
 {
-	const struct gnp_estimate_options *o = options;
+	const struct gnp_estimate_options *o = &((const struct options *)options)->core;
 	size_t width = 6 * sizeof(double), bytes;
 	struct gnp_basis basis = {o->basis, (unsigned)o->degree};
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
@@ -179,10 +197,18 @@ static gnp_status add_choices(const struct gnp_estimate_options *o, struct gnp_v
 	return status == GNP_OK ? gnp_values_add_string(report, "weight", weights[o->weight], error) : status;
 }
 
+static gnp_status add_model(const struct gnp_model *model, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_string(report, "weights", model->name, error);
+	return status == GNP_OK ? gnp_values_add_string(report, "weights_sha256", model->sha256, error) : status;
+}
+
 static gnp_status add_report(const struct gnp_estimate *estimate, const struct gnp_estimate_options *o,
                              const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	gnp_status status = add_choices(o, report, error);
+	if (status == GNP_OK && estimate->model)
+		status = add_model(estimate->model, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "normals_estimated", estimate->normals_estimated != 0, error);
 	if (status == GNP_OK && estimate->normals_estimated)
@@ -199,6 +225,7 @@ static gnp_status run(const struct gnp_request *request, const void *options, st
 {
 	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
 	const struct gnp_tensor *normals = gnp_tensors_find(&request->inputs, "normals");
+	const struct gnp_estimate_options *o = &((const struct options *)options)->core;
 	enum gnp_datatype datatype = points->datatype == GNP_FP64 ? GNP_FP64 : GNP_FP32;
 	struct gnp_estimate estimate = {0};
 	double *p = gnp_tensor_to_double(points), *n = normals ? gnp_tensor_to_double(normals) : NULL;
@@ -208,12 +235,12 @@ static gnp_status run(const struct gnp_request *request, const void *options, st
 		goto done;
 	}
 	struct gnp_cloud cloud = {points->shape[0], p, n};
-	status = gnp_estimate_run(&cloud, options, pool, task, &estimate, error);
+	status = gnp_estimate_run(&cloud, o, pool, task, &estimate, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_outputs(&estimate, datatype, pool, response, error);
 	if (status == GNP_OK)
-		status = add_report(&estimate, options, task, &response->parameters, error);
+		status = add_report(&estimate, o, task, &response->parameters, error);
 done:
 	gnp_estimate_clear(&estimate);
 	free(n);
@@ -231,6 +258,7 @@ const struct gnp_operation gnp_operation_estimate = {
 	.parameters = parameters,
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
+	.resolve = resolve,
 	.memory = memory,
 	.run = run,
 };

@@ -26,7 +26,7 @@ struct field {
 static const struct field fields[] = {
 	{"listen", TEXT, FIELD(listen), "127.0.0.1:8080", 0, 0, "address and port; port 0 takes a free one"},
 	{"port-file", TEXT, FIELD(port_file), "", 0, 0, "file that receives the port once requests are answered"},
-	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0, "directory of the weights"},
+	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0, "directory of the weights; none: ../share/gnpd/weights beside the program, else ./weights, where those have any"},
 	{"insecure", FLAG, FIELD(insecure), "false", 0, 0, "allow an address other than loopback"},
 	{"workers", COUNT, FIELD(workers), "0", 0, 1024, "compute threads; 0: the number of cores"},
 	{"runners", COUNT, FIELD(runners), "8", 1, 1024, "requests computed at once"},
@@ -364,6 +364,6 @@ void gnpd_config_help(FILE *file)
 	for (size_t i = 0; i < FIELDS; i++)
 		fprintf(file, "  --%-24s %s [%s]\n", fields[i].key, fields[i].help, fields[i].value);
 	fprintf(file, "  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n", "config", "file of key = value lines",
-	        "check-config", "say whether the configuration is good, and exit", "print-config",
+	        "check-config", "say whether the configuration and the weights are good, and exit", "print-config",
 	        "print the configuration in effect, and exit", "version", "print the version, and exit");
 }

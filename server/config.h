@@ -19,7 +19,7 @@ enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
 struct gnpd_config {
 	char listen[GNPD_CONFIG_TEXT];      /* ADDRESS:PORT, [ADDRESS]:PORT or localhost:PORT; port 0: any free one */
 	char port_file[GNPD_CONFIG_TEXT];   /* the port in use is written here once requests are answered; "" for none */
-	char weights_dir[GNPD_CONFIG_TEXT]; /* "" for none */
+	char weights_dir[GNPD_CONFIG_TEXT]; /* "": the default folders of gnp_models_load */
 	bool insecure;                      /* allow an address other than loopback */
 	size_t workers;                     /* compute threads; 0: the number of cores */
 	size_t runners;                     /* requests computed at once */

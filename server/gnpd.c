@@ -102,7 +102,7 @@ static bool wait_signal(struct gnpd_server *server, double seconds)
 	struct timespec end = {(time_t)until, (long)((until - (double)(time_t)until) * 1e9)};
 	for (;;) {
 		while (take(&arrived.hangups))
-			gnpd_log_event(&server->log, "info", "SIGHUP: nothing to reload");
+			gnpd_loader_reload(server->loader);
 		if (take(&arrived.stops))
 			return true;
 		if (seconds < 0)
@@ -184,6 +184,8 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnp_pool_create((unsigned)config->workers, &server.pool, error);
 	if (status == GNP_OK)
+		status = gnpd_loader_create(&server, &server.loader, error);
+	if (status == GNP_OK)
 		status = gnpd_queue_create(config->runners, config->queue_count, config->queue_bytes, &server.queue, error);
 	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
@@ -191,11 +193,38 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 		status = serve(&server, error);
 	gnpd_reaper_free(server.reaper);
 	gnpd_queue_free(server.queue);
+	gnpd_loader_free(server.loader);
 	gnp_pool_free(server.pool);
 	gnp_buffer_clear(&server.openapi);
 	if (status == GNP_OK)
 		gnpd_log_event(&server.log, "info", "stopped");
 	gnpd_log_fini(&server.log);
+	return status;
+}
+
+/* What the start would find wrong beyond the configuration itself. */
+static gnp_status check(const struct gnpd_config *config, struct gnp_error *error)
+{
+	struct gnp_models *models = NULL;
+	gnp_status status = gnp_models_load(config->weights_dir, &models, error);
+	gnp_models_release(models);
+	return status;
+}
+
+static gnp_status act(enum gnpd_config_action action, const struct gnpd_config *config, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	switch (action) {
+	case GNPD_CONFIG_RUN: return run(config, error);
+	case GNPD_CONFIG_HELP: gnpd_config_help(stdout); break;
+	case GNPD_CONFIG_PRINT: gnpd_config_print(config, stdout); break;
+	case GNPD_CONFIG_VERSION: puts("gnpd " GNPD_VERSION); break;
+	case GNPD_CONFIG_CHECK:
+		status = check(config, error);
+		if (status == GNP_OK)
+			puts("the configuration is good");
+		break;
+	}
 	return status;
 }
 
@@ -205,14 +234,8 @@ int main(int argc, char **argv)
 	struct gnp_error error = {0};
 	enum gnpd_config_action action;
 	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
-	if (status == GNP_OK && action == GNPD_CONFIG_RUN)
-		status = run(&config, &error);
-	else if (status == GNP_OK && action == GNPD_CONFIG_HELP)
-		gnpd_config_help(stdout);
-	else if (status == GNP_OK && action == GNPD_CONFIG_PRINT)
-		gnpd_config_print(&config, stdout);
-	else if (status == GNP_OK)
-		puts(action == GNPD_CONFIG_VERSION ? "gnpd " GNPD_VERSION : "the configuration is good");
+	if (status == GNP_OK)
+		status = act(action, &config, &error);
 	if (status == GNP_OK)
 		return EXIT_SUCCESS;
 	fprintf(stderr, "gnpd: %s\n", error.text);

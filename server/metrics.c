@@ -21,6 +21,8 @@ static const char *const rejects[GNPD_REJECTS] = {
 static const char *const cancels[GNPD_CANCELS] = {
 	[GNPD_CANCEL_CLIENT_GONE] = "client_gone", [GNPD_CANCEL_DEADLINE] = "deadline", [GNPD_CANCEL_SHUTDOWN] = "shutdown"};
 
+static const char *const reloads[GNPD_RELOADS] = {[GNPD_RELOAD_OK] = "ok", [GNPD_RELOAD_FAILED] = "failed"};
+
 static const char *label_name(unsigned label)
 {
 	if (label < GNPD_LABEL_OPERATION)
@@ -139,13 +141,14 @@ static gnp_status write_durations(const struct gnpd_metrics *metrics, struct gnp
 	return status;
 }
 
-static gnp_status write_reasons(const char *name, const char *help, const char *const *names,
+/* One counter for each name, which is the value of its label. */
+static gnp_status write_reasons(const char *name, const char *help, const char *label, const char *const *names,
                                 const atomic_uint_fast64_t *values, size_t count, struct gnp_buffer *buffer,
                                 struct gnp_error *error)
 {
 	gnp_status status = write_family(buffer, name, "counter", help, error);
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_%s{reason=\"%s\"} %llu\n", name, names[i],
+		status = gnp_buffer_printf(buffer, error, "gnpd_%s{%s=\"%s\"} %llu\n", name, label, names[i],
 		                           (unsigned long long)atomic_load(&values[i]));
 	return status;
 }
@@ -175,6 +178,7 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 		{"points_total", "counter", "Points of requests that were computed.", (double)atomic_load(&metrics->points)},
 		{"connections_accepted_total", "counter", "Connections accepted.", (double)atomic_load(&metrics->accepted)},
 		{"connections", "gauge", "Open connections.", (double)atomic_load(&metrics->connections)},
+		{"weights_models", "gauge", "Models in use.", (double)atomic_load(&metrics->models)},
 		{"queue_requests", "gauge", "Requests that wait for a runner.", (double)state->waiting},
 		{"queue_bytes", "gauge", "Bodies and estimated memory of all requests held.", (double)state->bytes},
 		{"running_requests", "gauge", "Requests that are being computed.", (double)state->running},
@@ -200,10 +204,13 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 	if (status == GNP_OK)
 		status = write_stages(metrics, buffer, error);
 	if (status == GNP_OK)
-		status = write_reasons("rejected_total", "Requests refused by a limit.", rejects, metrics->rejected,
+		status = write_reasons("rejected_total", "Requests refused by a limit.", "reason", rejects, metrics->rejected,
 		                       GNPD_REJECTS, buffer, error);
 	if (status == GNP_OK)
-		status = write_reasons("cancelled_total", "Requests whose work was stopped.", cancels, metrics->cancelled,
+		status = write_reasons("cancelled_total", "Requests whose work was stopped.", "reason", cancels, metrics->cancelled,
 		                       GNPD_CANCELS, buffer, error);
+	if (status == GNP_OK)
+		status = write_reasons("weights_reloads_total", "Loads of weights asked for by SIGHUP.", "result", reloads,
+		                       metrics->reloads, GNPD_RELOADS, buffer, error);
 	return status == GNP_OK ? write_singles(metrics, state, workers, buffer, error) : status;
 }

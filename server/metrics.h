@@ -26,6 +26,8 @@ enum gnpd_reject {
 
 enum gnpd_cancel { GNPD_CANCEL_CLIENT_GONE, GNPD_CANCEL_DEADLINE, GNPD_CANCEL_SHUTDOWN, GNPD_CANCELS };
 
+enum gnpd_reload { GNPD_RELOAD_OK, GNPD_RELOAD_FAILED, GNPD_RELOADS };
+
 enum { GNPD_METRICS_CODES = 20, GNPD_METRICS_BUCKETS = 13 };
 
 struct gnpd_metrics {
@@ -36,7 +38,8 @@ struct gnpd_metrics {
 	atomic_uint_fast64_t stages[GNP_STAGE_COUNT]; /* nanoseconds */
 	atomic_uint_fast64_t rejected[GNPD_REJECTS], cancelled[GNPD_CANCELS];
 	atomic_uint_fast64_t bytes_in, bytes_out, points, accepted;
-	atomic_size_t connections;
+	atomic_uint_fast64_t reloads[GNPD_RELOADS]; /* of weights, asked for by a signal */
+	atomic_size_t connections, models;
 };
 
 void gnpd_metrics_init(struct gnpd_metrics *metrics);

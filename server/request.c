@@ -22,6 +22,7 @@ struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char 
 		free(request);
 		return NULL;
 	}
+	request->models = gnpd_loader_models(server->loader);
 	return request;
 }
 
@@ -43,6 +44,7 @@ void gnpd_request_free(struct gnpd_request *request)
 	gnp_buffer_clear(&request->decoded);
 	gnp_buffer_clear(&request->body);
 	gnpd_target_clear(&request->target);
+	gnp_models_release(request->models);
 	free(request);
 }
 

@@ -9,6 +9,7 @@
 #include "file.h"
 #include "message.h"
 #include "metrics.h"
+#include "models.h"
 #include "operation.h"
 #include "queue.h"
 #include "status.h"
@@ -65,6 +66,7 @@ struct gnpd_request {
 	size_t received;           /* bytes of body in all */
 	size_t reserved;           /* of the queue's bytes */
 
+	struct gnp_models *models; /* those in use when it began */
 	double started, submitted, deadline; /* gnp_clock() */
 	double waited;                       /* seconds in the queue */
 	struct gnpd_job job;

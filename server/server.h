@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "config.h"
+#include "loader.h"
 #include "log.h"
 #include "metrics.h"
 #include "pool.h"
@@ -17,6 +18,7 @@ struct gnpd_server {
 	struct gnpd_log log;
 	struct gnpd_metrics metrics;
 	struct gnp_pool *pool;
+	struct gnpd_loader *loader;
 	struct gnpd_queue *queue;
 	struct gnpd_reaper *reaper;
 	struct gnp_buffer openapi;         /* written once */

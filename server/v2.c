@@ -31,7 +31,7 @@ gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
 
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)
 {
-	return gnp_oip_model_metadata(gnp_operation_find(request->model), begin_json(request), error);
+	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->models, begin_json(request), error);
 }
 
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)

@@ -30,6 +30,20 @@ static void requests_are_counted_by_operation_and_code(void)
 	CHECK(good == 2 && bad == 1 && nanoseconds == 751000000);
 }
 
+static void loads_of_weights_are_counted_by_result(void)
+{
+	struct gnpd_metrics metrics;
+	gnpd_metrics_init(&metrics);
+	atomic_fetch_add(&metrics.reloads[GNPD_RELOAD_OK], 3);
+	atomic_fetch_add(&metrics.reloads[GNPD_RELOAD_FAILED], 2);
+	atomic_store(&metrics.models, 8);
+	char *text = write_text(&metrics);
+	CHECK_CONTAINS(text, "\ngnpd_weights_reloads_total{result=\"ok\"} 3\n");
+	CHECK_CONTAINS(text, "\ngnpd_weights_reloads_total{result=\"failed\"} 2\n");
+	CHECK_CONTAINS(text, "\ngnpd_weights_models 8\n");
+	free(text);
+}
+
 static void buckets_are_cumulative(void)
 {
 	struct gnpd_metrics metrics;
@@ -97,6 +111,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(requests_are_counted_by_operation_and_code),
+		TEST(loads_of_weights_are_counted_by_result),
 		TEST(buckets_are_cumulative),
 		TEST(reasons_and_gauges_appear),
 		TEST(exposition_is_well_formed),

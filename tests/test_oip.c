@@ -306,11 +306,13 @@ static void what_json_cannot_say_is_not_acceptable(void)
 static void metadata_is_json_of_every_parameter(void)
 {
 	struct gnp_buffer buffer = {0};
-	CHECK(gnp_oip_model_metadata(gnp_operation_find("estimate"), &buffer, NULL) == GNP_OK);
+	CHECK(gnp_oip_model_metadata(gnp_operation_find("estimate"), NULL, &buffer, NULL) == GNP_OK);
 	gnp_buffer_append(&buffer, "", 1, NULL);
 	CHECK_CONTAINS((char *)buffer.data, "{\"name\":\"points\",\"datatype\":\"FP32\",\"shape\":[-1,3],\"optional\":false");
 	CHECK_CONTAINS((char *)buffer.data, "{\"name\":\"surface_coefficients\",\"datatype\":\"FP32\",\"shape\":[-1,-1]");
 	CHECK_CONTAINS((char *)buffer.data, "{\"name\":\"k\",\"type\":\"integer\",\"default\":\"30\",\"minimum\":12,\"maximum\":500");
+	CHECK_CONTAINS((char *)buffer.data, "{\"name\":\"weights\",\"type\":\"model\",\"default\":\"auto\",");
+	CHECK_CONTAINS((char *)buffer.data, "],\"weights\":[]}");
 	gnp_buffer_clear(&buffer);
 }
 

@@ -31,7 +31,9 @@ static void parameter_errors_name_value_and_limit(void)
 	check_parameter_error("basis", "cubic", "basis: got \"cubic\", need one of tensor, total");
 	check_parameter_error("quantities", "normals,color", "quantities: unknown \"color\", known: points, normals");
 	check_parameter_error("quantities", "", "quantities: got none, need at least one of points");
-	check_parameter_error("kk", "30", "unknown parameter \"kk\", known: estimator, cover, k, degree");
+	check_parameter_error("weights", "../clean", "weights: got \"../clean\", need auto or the name of a model");
+	check_parameter_error("weights", "", "weights: got \"\", need auto or");
+	check_parameter_error("kk", "30", "unknown parameter \"kk\", known: estimator, weights, cover, k, degree");
 }
 
 static void parameters_parse_from_text(void)
@@ -54,7 +56,11 @@ static void default_texts_equal_the_defaults(void)
 		operation->defaults(parsed);
 		for (size_t p = 0; p < operation->parameter_count; p++) {
 			const struct gnp_parameter *parameter = &operation->parameters[p];
-			size_t size = parameter->type == GNP_PARAMETER_NUMBER ? 8 : parameter->type == GNP_PARAMETER_SET ? 8 : parameter->type == GNP_PARAMETER_BOOL ? 1 : 4;
+			static const size_t sizes[] = {
+				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
+				[GNP_PARAMETER_CHOICE] = sizeof(int), [GNP_PARAMETER_SET] = sizeof(uint64_t),
+				[GNP_PARAMETER_MODEL] = GNP_MODEL_NAME_MAX + 1};
+			size_t size = sizes[parameter->type];
 			memset(parsed + parameter->offset, 0xee, size);
 			CHECK(gnp_parameter_parse(operation, parsed, parameter->name, parameter->default_text, NULL) == GNP_OK);
 		}
@@ -84,7 +90,7 @@ static void add(struct gnp_request *request, const char *name, enum gnp_datatype
 
 static void check_request_error(struct gnp_request *request, size_t most, gnp_status status, const char *want)
 {
-	struct gnp_limits limits = {most};
+	struct gnp_limits limits = {.points = most};
 	struct gnp_error error = {0};
 	struct gnp_call call;
 	CHECK(gnp_call_prepare(estimate(), request, &limits, &call, &error) == status);
@@ -120,6 +126,9 @@ static void requests_are_checked(void)
 	add(&request, "points", GNP_FP32, 5, 3);
 	gnp_values_add_bool(&request.parameters, "k", true, NULL);
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "k: got \"true\", need an integer");
+	add(&request, "points", GNP_FP32, 5, 3);
+	gnp_values_add_integer(&request.parameters, "weights", 7, NULL);
+	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "weights: got \"7\", known: none are loaded");
 }
 
 static void ask(struct gnp_request *request, const char *name)

@@ -26,15 +26,17 @@ SLOW = _slowdown()
 
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
-    instead of the log's file."""
+    instead of the log's file. weights: {file name: bytes} of its folder of weights."""
 
-    def __init__(self, log_to=None, **flags):
+    def __init__(self, log_to=None, weights=None, **flags):
         self.folder = tempfile.mkdtemp(prefix="gnpd-e2e.")
         port_file = os.path.join(self.folder, "port")
-        os.mkdir(os.path.join(self.folder, "weights"))
+        self.weights_folder = os.path.join(self.folder, "weights")
+        os.mkdir(self.weights_folder)
+        for name, content in (weights or {}).items():
+            self.put_weights(name, content)
         self.log_path = os.path.join(self.folder, "log")
-        command = [BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--weights-dir",
-                   os.path.join(self.folder, "weights")]
+        command = [BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--weights-dir", self.weights_folder]
         command += ["--%s=%s" % (key.replace("_", "-"), value) for key, value in flags.items()]
         environment = {k: v for k, v in os.environ.items() if not k.startswith("GNPD_")}
         environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
@@ -59,6 +61,13 @@ class Server:
             self.kill()
         else:
             self.stop()
+
+    def put_weights(self, name, content):
+        """As `gnp-train` does: beside, then renamed."""
+        path = os.path.join(self.weights_folder, name)
+        with open(path + ".new", "wb") as file:
+            file.write(content)
+        os.rename(path + ".new", path)
 
     def log(self):
         with open(self.log_path, errors="replace") as file:
@@ -207,6 +216,43 @@ def eventually(condition, seconds=5, what="condition"):
     while not condition():
         assert time.monotonic() < until, what + " did not come true"
         time.sleep(0.01)
+
+
+# ---- weights ----
+
+def edge_tensors(width=8, channels=2, neurons=5, layers=2, outputs=16, head_width=6):
+    """Names and shapes of a small network of the paper's form."""
+    def linear(name, rows, columns):
+        return [(name + ".weight", [rows, columns]), (name + ".bias", [rows])]
+    block = width // channels
+    tensors = linear("model.lift", width, 3)
+    for i in range(layers):
+        tensors += linear("model.convs.%d.nn.layers.0" % i, neurons, 6)
+        tensors += linear("model.convs.%d.nn.layers.1" % i, channels * block * block, neurons)
+        tensors += linear("model.mixes.%d" % i, width, width)
+    tensors += linear("model.proj", width, width)
+    return tensors + linear("mlp.0", head_width, width) + linear("mlp.2", outputs, head_width)
+
+
+def safetensors(tensors, metadata, scale=0.01):
+    """The bytes of a file of weights: (name, shape) of tensors, whose values are small and differ with scale."""
+    header, offset = {"__metadata__": metadata}, 0
+    values = array.array("f")
+    for name, shape in tensors:
+        count = math.prod(shape)
+        header[name] = {"dtype": "F32", "shape": shape, "data_offsets": [offset, offset + 4 * count]}
+        values.extend(scale * math.sin(i + offset) for i in range(count))
+        offset += 4 * count
+    text = json.dumps(header).encode()
+    return len(text).to_bytes(8, "little") + text + values.tobytes()
+
+
+def edge_weights(scale=0.01, **metadata):
+    """A small network that loads; metadata: keys to replace."""
+    keys = {"gnp_format": "1", "trunk": "edge", "head": "pooled", "features": "3", "width": "8", "channels": "2", "neurons": "5",
+            "layers": "2", "quadrature": "4", "head_width": "6", "outputs": "16", "k": "30", "buffer": "1.25", "height_scale": "2",
+            "delta0": "0.005", "regime": "clean"}
+    return safetensors(edge_tensors(), dict(keys, **metadata), scale)
 
 
 # ---- clouds ----

@@ -1,0 +1,138 @@
+#include "loader.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server.h"
+
+struct gnpd_loader {
+	struct gnpd_server *server;
+	pthread_t thread;
+	pthread_mutex_t lock; /* of all below */
+	pthread_cond_t wake;
+	struct gnp_models *models;
+	bool asked, ending;
+};
+
+/* A folder that had models and has none is a mistake, say an unmounted disk. */
+static gnp_status load(const char *folder, size_t before, struct gnp_models **out, struct gnp_error *error)
+{
+	struct gnp_models *models;
+	gnp_status status = gnp_models_load(folder, &models, error);
+	if (status != GNP_OK)
+		return status;
+	if (before && !gnp_models_count(models)) {
+		gnp_models_release(models);
+		return gnp_error_set(error, GNP_IO, "weights-dir: got no *.safetensors, need some: %zu models are in use", before);
+	}
+	*out = models;
+	return GNP_OK;
+}
+
+static void log_models(struct gnpd_log *log, const char *what, const struct gnp_models *models)
+{
+	const char *folder = gnp_models_folder(models);
+	gnpd_log_event(log, "info", "%s: %zu models%s%s", what, gnp_models_count(models), *folder ? " from " : "", folder);
+}
+
+static void use(struct gnpd_loader *loader, struct gnp_models *models)
+{
+	pthread_mutex_lock(&loader->lock);
+	struct gnp_models *old = loader->models;
+	loader->models = models;
+	pthread_mutex_unlock(&loader->lock);
+	atomic_store(&loader->server->metrics.models, gnp_models_count(models));
+	gnp_models_release(old);
+}
+
+static void reload(struct gnpd_loader *loader)
+{
+	struct gnpd_server *server = loader->server;
+	struct gnp_models *models = NULL;
+	struct gnp_error error = {0};
+	if (load(server->config->weights_dir, atomic_load(&server->metrics.models), &models, &error) == GNP_OK) {
+		log_models(&server->log, "SIGHUP: weights reloaded", models);
+		use(loader, models);
+		atomic_fetch_add(&server->metrics.reloads[GNPD_RELOAD_OK], 1);
+	} else {
+		gnpd_log_event(&server->log, "error", "SIGHUP: the weights in use are kept: %s", error.text);
+		atomic_fetch_add(&server->metrics.reloads[GNPD_RELOAD_FAILED], 1);
+	}
+}
+
+/* True when there is a load to do, false at the end. */
+static bool wait_asked(struct gnpd_loader *loader)
+{
+	pthread_mutex_lock(&loader->lock);
+	while (!loader->asked && !loader->ending)
+		pthread_cond_wait(&loader->wake, &loader->lock);
+	loader->asked = false;
+	bool ending = loader->ending;
+	pthread_mutex_unlock(&loader->lock);
+	return !ending;
+}
+
+static void *reload_when_asked(void *context)
+{
+	while (wait_asked(context))
+		reload(context);
+	return NULL;
+}
+
+gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **out, struct gnp_error *error)
+{
+	const char *folder = server->config->weights_dir;
+	struct gnpd_loader *loader = calloc(1, sizeof *loader);
+	if (!loader)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no memory for %zu bytes", sizeof *loader);
+	loader->server = server;
+	pthread_mutex_init(&loader->lock, NULL);
+	pthread_cond_init(&loader->wake, NULL);
+	gnp_status status = load(folder, 0, &loader->models, error);
+	int fault = status == GNP_OK ? pthread_create(&loader->thread, NULL, reload_when_asked, loader) : 0;
+	if (fault)
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no thread: %s", strerror(fault));
+	if (status != GNP_OK) {
+		gnp_models_release(loader->models);
+		free(loader);
+		return status;
+	}
+	atomic_store(&server->metrics.models, gnp_models_count(loader->models));
+	log_models(&server->log, "weights", loader->models);
+	if (*folder && !gnp_models_count(loader->models))
+		gnpd_log_event(&server->log, "warning", "weights-dir: %s: got no *.safetensors", folder);
+	*out = loader;
+	return GNP_OK;
+}
+
+void gnpd_loader_free(struct gnpd_loader *loader)
+{
+	if (!loader)
+		return;
+	pthread_mutex_lock(&loader->lock);
+	loader->ending = true;
+	pthread_cond_signal(&loader->wake);
+	pthread_mutex_unlock(&loader->lock);
+	pthread_join(loader->thread, NULL);
+	gnp_models_release(loader->models);
+	pthread_cond_destroy(&loader->wake);
+	pthread_mutex_destroy(&loader->lock);
+	free(loader);
+}
+
+struct gnp_models *gnpd_loader_models(struct gnpd_loader *loader)
+{
+	pthread_mutex_lock(&loader->lock);
+	struct gnp_models *models = gnp_models_retain(loader->models);
+	pthread_mutex_unlock(&loader->lock);
+	return models;
+}
+
+void gnpd_loader_reload(struct gnpd_loader *loader)
+{
+	pthread_mutex_lock(&loader->lock);
+	loader->asked = true;
+	pthread_cond_signal(&loader->wake);
+	pthread_mutex_unlock(&loader->lock);
+}
