@@ -304,6 +304,7 @@ gnp_status gnp_model_create_take(struct gnp_weights *file, struct gnp_model **ou
 		model->regime = description.regime;
 		model->sha256 = gnp_weights_sha256(file);
 		status = read_network(model, error);
+		gnp_weights_drop_tensors(file);
 	}
 	if (status != GNP_OK) {
 		gnp_model_free(model);

@@ -33,7 +33,7 @@ struct gnp_model {
 	struct gnp_recipe recipe;
 	size_t parameter_count;
 	struct gnp_operator *network;
-	struct gnp_weights *file; /* all of the metadata, for gnp_weights_metadata_find */
+	struct gnp_weights *file; /* without its tensors: all of the metadata, for gnp_weights_metadata_find */
 };
 
 /* From a file PATH/NAME.safetensors. Errors name file, key or tensor, found and expected. */

@@ -407,14 +407,22 @@ gnp_status gnp_weights_load(const char *path, struct gnp_weights **out, struct g
 	return status;
 }
 
+void gnp_weights_drop_tensors(struct gnp_weights *weights)
+{
+	free(weights->tensors);
+	free(weights->data);
+	weights->tensors = NULL;
+	weights->data = NULL;
+	weights->tensor_count = weights->data_size = 0;
+}
+
 void gnp_weights_free(struct gnp_weights *weights)
 {
 	if (!weights)
 		return;
+	gnp_weights_drop_tensors(weights);
 	json_decref(weights->root);
 	free(weights->metadata);
-	free(weights->tensors);
-	free(weights->data);
 	free(weights->path);
 	free(weights);
 }

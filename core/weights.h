@@ -41,6 +41,8 @@ gnp_status gnp_weights_load(const char *path, struct gnp_weights **out, struct g
 gnp_status gnp_weights_decode(const char *name, const void *bytes, size_t size, struct gnp_weights **out,
                               struct gnp_error *error);
 void gnp_weights_free(struct gnp_weights *weights);
+/* Frees the tensors and keeps the rest, for whoever has made something of them. */
+void gnp_weights_drop_tensors(struct gnp_weights *weights);
 
 /* Sets error to "FILE: TEXT" and returns GNP_INVALID_ARGUMENT: for whoever finds fault with what a file holds. */
 gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_error *error, const char *format, ...)

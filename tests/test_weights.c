@@ -63,6 +63,9 @@ static void a_file_of_numpys_is_read(void)
 	check_same(weights);
 	CHECK_STRING(gnp_weights_path(weights), path);
 	check_digest(path, gnp_weights_sha256(weights));
+	gnp_weights_drop_tensors(weights);
+	CHECK(gnp_weights_tensor_count(weights) == 0 && !gnp_weights_tensor_at(weights, 0) && !gnp_weights_tensor_find(weights, "b"));
+	CHECK_STRING(gnp_weights_metadata_find(weights, "trunk"), "edge");
 	gnp_weights_free(weights);
 }
 
