@@ -51,7 +51,7 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 	            {"channels", a->channels, 1, a->width},
 	            {"neurons", a->neurons, 4, 1024},
 	            {"layers", a->layers, 1, GNP_LAYERS_MAX},
-	            {"quadrature", a->quadrature, 4, 64},
+	            {"quadrature", a->quadrature, a->trunk == GNP_TRUNK_SEPARABLE ? 0 : 1, GNP_QUADRATURE_MAX},
 	            {"head_width", a->head_width, 4, 1024},
 	            {"shells", a->shells, projection, projection ? GNP_SHELLS_MAX : 0},
 	            {"outputs", a->outputs, projection ? outputs : 16, projection ? outputs : 16}};
@@ -112,7 +112,7 @@ static void add_separable(const struct gnp_architecture *a, struct gnp_layout *l
 		for (int kernel = 1; kernel <= 2; kernel++) {
 			const size_t sizes[4] = {a->features, a->neurons, a->neurons, a->channels * block * block};
 			for (int layer = 0; layer < 3; layer++) {
-				snprintf(name, sizeof name, "convs.%u.kernel%d.%d", i, kernel, 2 * layer);
+				snprintf(name, sizeof name, "convs.%u.kernel%d.layers.%d", i, kernel, layer);
 				add_linear(layout, name, sizes[layer + 1], sizes[layer]);
 			}
 		}

@@ -17,7 +17,7 @@
 enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNKS };
 enum gnp_head_kind { GNP_HEAD_POOLED, GNP_HEAD_PROJECTION, GNP_HEADS };
 
-enum { GNP_LAYERS_MAX = 12, GNP_SHELLS_MAX = 8, GNP_PARAMETER_ROWS_MAX = 16 * GNP_LAYERS_MAX + 16 };
+enum { GNP_LAYERS_MAX = 12, GNP_QUADRATURE_MAX = 64, GNP_SHELLS_MAX = 8, GNP_PARAMETER_ROWS_MAX = 16 * GNP_LAYERS_MAX + 16 };
 
 struct gnp_architecture {
 	enum gnp_trunk_kind trunk;
@@ -27,7 +27,7 @@ struct gnp_architecture {
 	unsigned channels;   /* blocks of the kernel's values */
 	unsigned neurons;    /* of the kernel's hidden layers, <= 1024 */
 	unsigned layers;     /* 1..GNP_LAYERS_MAX */
-	unsigned quadrature; /* sources of the edge trunk's integrals, 4..64 */
+	unsigned quadrature; /* at most so many nodes are sources of integrals, 1..GNP_QUADRATURE_MAX; separable also 0: all are */
 	unsigned head_width; /* of the head's hidden layers, <= 1024 */
 	unsigned outputs;    /* of the head: 16 coefficients (pooled), or what the projection takes */
 	unsigned shells;     /* projection: nested supports, 1..GNP_SHELLS_MAX; pooled: 0 */

@@ -23,7 +23,17 @@ void gnp_linalg_init(void)
 	openblas_set_num_threads(1);
 }
 
+void gnp_linalg_gemm(enum gnp_transpose transpose_a, enum gnp_transpose transpose_b, size_t m, size_t n, size_t k, float alpha,
+                     const float *a, size_t lda, const float *b, size_t ldb, float beta, float *c, size_t ldc)
+{
+	if (m == 0 || n == 0)
+		return;
+	cblas_sgemm(CblasRowMajor, transpose_a == GNP_PLAIN ? CblasNoTrans : CblasTrans,
+	            transpose_b == GNP_PLAIN ? CblasNoTrans : CblasTrans, (int)m, (int)n, (int)k, alpha, a, (int)lda, b, (int)ldb,
+	            beta, c, (int)ldc);
+}
+
 void gnp_linalg_sgemm(size_t m, size_t n, size_t k, const float *a, const float *b, float *c)
 {
-	cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, (int)m, (int)n, (int)k, 1, a, (int)k, b, (int)n, 0, c, (int)n);
+	gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, m, n, k, 1, a, k, b, n, 0, c, n);
 }

@@ -12,6 +12,13 @@ void gnp_linalg_restart(char **argv);
 /* Keeps BLAS in the calling thread. Call once before the first use, from one thread. */
 void gnp_linalg_init(void);
 
+enum gnp_transpose { GNP_PLAIN, GNP_TRANSPOSED };
+
+/* C (m, n) = alpha op(A) op(B) + beta C, row-major; op(A) is (m, k), op(B) (k, n), and a leading dimension is the distance of two
+ * rows as they lie in memory. beta = 0: C need not be initialised. Sizes fit an int. */
+void gnp_linalg_gemm(enum gnp_transpose transpose_a, enum gnp_transpose transpose_b, size_t m, size_t n, size_t k, float alpha,
+                     const float *a, size_t lda, const float *b, size_t ldb, float beta, float *c, size_t ldc);
+
 /* C (m, n) = A (m, k) B (k, n), row-major, no transposes. */
 void gnp_linalg_sgemm(size_t m, size_t n, size_t k, const float *a, const float *b, float *c);
 

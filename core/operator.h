@@ -22,7 +22,7 @@ void gnp_operator_free(struct gnp_operator *network);
 const float *gnp_operator_tensor(const struct gnp_operator *network, const char *name);
 
 /* Patches as the trunk sees them. Rows start[p] .. start[p + 1] - 1 of the arrays are the nodes of patch p: first the `inner` that
- * the head's mean is over, then the buffer. Borrowed. */
+ * the head's mean is over, the centre before all, then the buffer. Features begin with u and v. Borrowed. */
 struct gnp_operator_batch {
 	size_t patches;
 	const size_t *start;  /* (patches + 1), from 0 */

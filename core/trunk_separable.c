@@ -1,0 +1,240 @@
+#include <string.h>
+
+#include "dense.h"
+#include "linalg.h"
+#include "trunk_parts.h"
+
+/* K1 of sources or K2 of targets: an MLP on a node's features, two hidden layers and the blocks. */
+struct kernel {
+	struct gnp_linear_place place[3];
+	struct gnp_blocks blocks;
+};
+
+static struct kernel kernel_of(const struct gnp_operator *network, unsigned layer, int which)
+{
+	static const char *const names[2][3] = {
+		{"convs.%u.kernel1.layers.0", "convs.%u.kernel1.layers.1", "convs.%u.kernel1.layers.2"},
+		{"convs.%u.kernel2.layers.0", "convs.%u.kernel2.layers.1", "convs.%u.kernel2.layers.2"}};
+	struct kernel kernel;
+	for (int i = 0; i < 3; i++)
+		kernel.place[i] = gnp_trunk_place(network, names[which][i], layer);
+	kernel.blocks = gnp_trunk_blocks(network, kernel.place[2]);
+	return kernel;
+}
+
+static float *take(const struct gnp_trunk_pass *pass, size_t rows, size_t columns)
+{
+	size_t count = rows * columns;
+	return gnp_scratch_take(pass->scratch, count, sizeof(float));
+}
+
+/* hidden (2): (rows, n) each; x (rows, terms). */
+static void hidden_forward(const struct gnp_trunk_pass *pass, const struct kernel *kernel, size_t rows, const float *x,
+                           float *const *hidden)
+{
+	const float *parameters = pass->network->parameters;
+	size_t n = kernel->blocks.neurons, terms = pass->tape->terms;
+	gnp_dense_forward(rows, terms - 1, n, x, terms, parameters + kernel->place[0].weight, terms - 1, NULL, hidden[0]);
+	gnp_bias_relu(rows, n, parameters + kernel->place[0].bias, hidden[0]);
+	gnp_dense_forward(rows, n, n, hidden[0], n, parameters + kernel->place[1].weight, n, NULL, hidden[1]);
+	gnp_bias_relu(rows, n, parameters + kernel->place[1].bias, hidden[1]);
+}
+
+/* dhidden (rows, n): of the second layer; it is used up. dfirst: scratch of the same size. */
+static void hidden_backward(const struct gnp_trunk_pass *pass, const struct kernel *kernel, size_t rows, const float *x,
+                            float *const *hidden, float *dhidden, float *dfirst)
+{
+	size_t n = kernel->blocks.neurons, terms = pass->tape->terms;
+	float *gradient = pass->gradient;
+	gnp_relu_backward(rows * n, hidden[1], dhidden);
+	memset(dfirst, 0, rows * n * sizeof *dfirst);
+	gnp_dense_backward(rows, n, n, hidden[0], n, pass->network->parameters + kernel->place[1].weight, n, dhidden, dfirst,
+	                   gradient + kernel->place[1].weight, gradient + kernel->place[1].bias);
+	gnp_relu_backward(rows * n, hidden[0], dfirst);
+	gnp_dense_backward(rows, terms - 1, n, x, terms, NULL, terms - 1, dfirst, NULL, gradient + kernel->place[0].weight,
+	                   gradient + kernel->place[0].bias);
+}
+
+/* The sources of all patches, one after the other. */
+struct sources {
+	size_t rows;
+	float *x;  /* (rows, terms) */
+	float *y;  /* (rows, width) values / sources of the patch */
+	float *sum; /* (patches, width) of y */
+};
+
+static bool collect(const struct gnp_trunk_pass *pass, const float *values, struct sources *sources)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	size_t width = pass->network->architecture.width, terms = tape->terms, row = 0;
+	sources->rows = 0;
+	for (size_t p = 0; p < tape->patches; p++)
+		sources->rows += tape->sources[p];
+	sources->x = take(pass, sources->rows, terms);
+	sources->y = take(pass, sources->rows, width);
+	sources->sum = take(pass, tape->patches, width);
+	if (!sources->x || !sources->y || !sources->sum)
+		return false;
+	memset(sources->sum, 0, tape->patches * width * sizeof *sources->sum);
+	for (size_t p = 0; p < tape->patches; row += tape->sources[p++]) {
+		const float *v = values + tape->first[p] * width, factor = 1 / (float)tape->sources[p];
+		memcpy(sources->x + row * terms, tape->x + tape->first[p] * terms, tape->sources[p] * terms * sizeof *tape->x);
+		for (size_t i = 0; i < tape->sources[p] * width; i++)
+			sources->y[row * width + i] = factor * v[i];
+		gnp_rows_sum(tape->sources[p], width, sources->y + row * width, sources->sum + p * width);
+	}
+	return true;
+}
+
+static bool take_kept(const struct gnp_trunk_pass *pass, struct gnp_trunk_kept *kept, size_t source_rows)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
+	for (int i = 0; i < 4; i++)
+		if (!(kept->hidden[i] = take(pass, i < 2 ? source_rows : tape->rows, n)))
+			return false;
+	kept->moments = take(pass, tape->patches * width, n);
+	kept->pooled = take(pass, tape->patches, width);
+	kept->spread = take(pass, tape->patches * width, n);
+	return kept->moments && kept->pooled && kept->spread;
+}
+
+/* What both kinds of layers need: pooled, its spread by K2, K2's hidden layers; zbias (patches, width) the part of K2's bias. */
+static bool evaluate(const struct gnp_trunk_pass *pass, unsigned layer, struct gnp_trunk_kept *kept, float *zbias)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	struct kernel source = kernel_of(pass->network, layer, 0), target = kernel_of(pass->network, layer, 1);
+	size_t n = source.blocks.neurons, width = pass->network->architecture.width, row = 0;
+	struct sources sources;
+	if (!collect(pass, tape->values[layer], &sources) || !take_kept(pass, kept, sources.rows))
+		return false;
+	hidden_forward(pass, &source, sources.rows, sources.x, kept->hidden);
+	for (size_t p = 0; p < tape->patches; row += tape->sources[p++])
+		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, width, n, tape->sources[p], 1, sources.y + row * width, width,
+		                kept->hidden[1] + row * n, n, 0, kept->moments + p * width * n, n);
+	gnp_blocks_gather(&source.blocks, tape->patches, kept->moments, kept->pooled);
+	gnp_blocks_bias(&source.blocks, tape->patches, sources.sum, kept->pooled);
+	gnp_blocks_spread(&target.blocks, tape->patches, kept->pooled, kept->spread);
+	memset(zbias, 0, tape->patches * width * sizeof *zbias);
+	gnp_blocks_bias(&target.blocks, tape->patches, kept->pooled, zbias);
+	hidden_forward(pass, &target, tape->rows, tape->x, kept->hidden + 2);
+	return true;
+}
+
+bool gnp_separable_integral(const struct gnp_trunk_pass *pass, unsigned layer)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	struct gnp_trunk_kept *kept = &pass->tape->kept[layer];
+	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
+	kept->z = take(pass, tape->rows, width);
+	float *zbias = take(pass, tape->patches, width);
+	if (!kept->z || !zbias || !evaluate(pass, layer, kept, zbias))
+		return false;
+	for (size_t p = 0; p < tape->patches; p++)
+		gnp_dense_forward(tape->first[p + 1] - tape->first[p], n, width, kept->hidden[3] + tape->first[p] * n, n,
+		                  kept->spread + p * width * n, n, zbias + p * width, kept->z + tape->first[p] * width);
+	return true;
+}
+
+bool gnp_separable_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	struct gnp_trunk_kept *kept = &pass->tape->kept[layer];
+	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
+	kept->z = take(pass, tape->patches, width);
+	kept->average = take(pass, tape->patches, n);
+	float *zbias = take(pass, tape->patches, width);
+	if (!kept->z || !kept->average || !zbias || !evaluate(pass, layer, kept, zbias))
+		return false;
+	for (size_t p = 0; p < tape->patches; p++) {
+		size_t row = tape->first[p];
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, 1, n, tape->first[p + 1] - row, 1, tape->share + row, tape->first[p + 1] - row,
+		                kept->hidden[3] + row * n, n, 0, kept->average + p * n, n);
+		gnp_dense_forward(1, n, width, kept->average + p * n, n, kept->spread + p * width * n, n, zbias + p * width,
+		                  kept->z + p * width);
+	}
+	return true;
+}
+
+/* From dspread (patches, width, n), dhidden (rows, n) of K2 and dzsum (patches, width) to all parameters and the values. */
+static bool evaluate_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dspread, float *dhidden,
+                              const float *dzsum, float *dvalues)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	const struct gnp_trunk_kept *kept = &tape->kept[layer];
+	struct kernel source = kernel_of(pass->network, layer, 0), target = kernel_of(pass->network, layer, 1);
+	size_t n = source.blocks.neurons, width = pass->network->architecture.width, row = 0;
+	struct sources sources;
+	if (!collect(pass, tape->values[layer], &sources))
+		return false;
+	size_t most = sources.rows > tape->rows ? sources.rows : tape->rows;
+	float *dpooled = take(pass, 2 * tape->patches, width), *dmoments = take(pass, tape->patches * width, n);
+	float *dfirst = take(pass, most, n), *dsource = take(pass, sources.rows, n), *dy = take(pass, sources.rows, width);
+	if (!dpooled || !dmoments || !dfirst || !dsource || !dy)
+		return false;
+	float *dsum = dpooled + tape->patches * width;
+	memset(dpooled, 0, 2 * tape->patches * width * sizeof *dpooled);
+	hidden_backward(pass, &target, tape->rows, tape->x, kept->hidden + 2, dhidden, dfirst);
+	gnp_blocks_spread_backward(&target.blocks, tape->patches, kept->pooled, dspread, dpooled,
+	                           pass->gradient + target.place[2].weight);
+	gnp_blocks_bias_backward(&target.blocks, tape->patches, kept->pooled, dzsum, dpooled, pass->gradient + target.place[2].bias);
+	gnp_blocks_gather_backward(&source.blocks, tape->patches, kept->moments, dpooled, dmoments,
+	                           pass->gradient + source.place[2].weight);
+	gnp_blocks_bias_backward(&source.blocks, tape->patches, sources.sum, dpooled, dsum, pass->gradient + source.place[2].bias);
+	for (size_t p = 0; p < tape->patches; row += tape->sources[p++]) {
+		size_t count = tape->sources[p];
+		const float *d = dmoments + p * width * n;
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, count, n, width, 1, sources.y + row * width, width, d, n, 0, dsource + row * n, n);
+		gnp_dense_forward(count, n, width, kept->hidden[1] + row * n, n, d, n, dsum + p * width, dy + row * width);
+		for (size_t i = 0; i < count * width; i++)
+			dvalues[tape->first[p] * width + i] += dy[row * width + i] / (float)count;
+	}
+	hidden_backward(pass, &source, sources.rows, sources.x, kept->hidden, dsource, dfirst);
+	return true;
+}
+
+bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	const struct gnp_trunk_kept *kept = &tape->kept[layer];
+	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
+	struct gnp_scratch_mark mark = gnp_scratch_mark(pass->scratch);
+	float *dspread = take(pass, tape->patches * width, n), *dhidden = take(pass, tape->rows, n);
+	float *dzsum = take(pass, tape->patches, width);
+	if (!dspread || !dhidden || !dzsum)
+		return false;
+	memset(dzsum, 0, tape->patches * width * sizeof *dzsum);
+	for (size_t p = 0; p < tape->patches; p++) {
+		size_t row = tape->first[p], count = tape->first[p + 1] - row;
+		gnp_rows_sum(count, width, dz + row * width, dzsum + p * width);
+		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, width, n, count, 1, dz + row * width, width, kept->hidden[3] + row * n, n, 0,
+		                dspread + p * width * n, n);
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, count, n, width, 1, dz + row * width, width, kept->spread + p * width * n, n, 0,
+		                dhidden + row * n, n);
+	}
+	bool done = evaluate_backward(pass, layer, dspread, dhidden, dzsum, dvalues);
+	gnp_scratch_release(pass->scratch, mark);
+	return done;
+}
+
+bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues)
+{
+	const struct gnp_trunk_tape *tape = pass->tape;
+	const struct gnp_trunk_kept *kept = &tape->kept[layer];
+	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
+	struct gnp_scratch_mark mark = gnp_scratch_mark(pass->scratch);
+	float *dspread = take(pass, tape->patches * width, n), *dhidden = take(pass, tape->rows, n), *daverage = take(pass, 1, n);
+	if (!dspread || !dhidden || !daverage)
+		return false;
+	for (size_t p = 0; p < tape->patches; p++) {
+		const float *d = dz + p * width;
+		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, width, n, 1, 1, d, width, kept->average + p * n, n, 0, dspread + p * width * n, n);
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, 1, n, width, 1, d, width, kept->spread + p * width * n, n, 0, daverage, n);
+		for (size_t row = tape->first[p]; row < tape->first[p + 1]; row++)
+			for (size_t i = 0; i < n; i++)
+				dhidden[row * n + i] = tape->share[row] * daverage[i];
+	}
+	bool done = evaluate_backward(pass, layer, dspread, dhidden, dz, dvalues);
+	gnp_scratch_release(pass->scratch, mark);
+	return done;
+}
