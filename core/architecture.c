@@ -51,7 +51,7 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 	            {"channels", a->channels, 1, a->width},
 	            {"neurons", a->neurons, 4, 1024},
 	            {"layers", a->layers, 1, GNP_LAYERS_MAX},
-	            {"quadrature", a->quadrature, a->trunk == GNP_TRUNK_SEPARABLE ? 0 : 1, GNP_QUADRATURE_MAX},
+	            {"quadrature", a->quadrature, 4, GNP_QUADRATURE_MAX},
 	            {"head_width", a->head_width, 4, 1024},
 	            {"shells", a->shells, projection, projection ? GNP_SHELLS_MAX : 0},
 	            {"outputs", a->outputs, projection ? outputs : 16, projection ? outputs : 16}};

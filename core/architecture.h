@@ -27,7 +27,7 @@ struct gnp_architecture {
 	unsigned channels;   /* blocks of the kernel's values */
 	unsigned neurons;    /* of the kernel's hidden layers, <= 1024 */
 	unsigned layers;     /* 1..GNP_LAYERS_MAX */
-	unsigned quadrature; /* at most so many nodes are sources of integrals, 1..GNP_QUADRATURE_MAX; separable also 0: all are */
+	unsigned quadrature; /* at most so many nodes are sources of the edge trunk's integrals, 4..GNP_QUADRATURE_MAX; separable: all are */
 	unsigned head_width; /* of the head's hidden layers, <= 1024 */
 	unsigned outputs;    /* of the head: 16 coefficients (pooled), or what the projection takes */
 	unsigned shells;     /* projection: nested supports, 1..GNP_SHELLS_MAX; pooled: 0 */

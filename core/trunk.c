@@ -43,7 +43,7 @@ static size_t patch_nodes(const struct gnp_operator_batch *batch, size_t patch)
 
 static size_t patch_sources(const struct gnp_architecture *a, size_t nodes)
 {
-	return a->quadrature == 0 || nodes < a->quadrature ? nodes : a->quadrature;
+	return a->trunk == GNP_TRUNK_SEPARABLE || nodes < a->quadrature ? nodes : a->quadrature;
 }
 
 static void put_row(struct gnp_trunk_tape *tape, const float *features, size_t row, float share)
