@@ -16,6 +16,9 @@ else
 BUILD   ?= build
 PREFIX  ?= /usr/local
 DESTDIR ?=
+REGIME  ?= noise-70
+MINUTES ?= 20
+HEAD    ?= projection
 CC      ?= cc
 SAN     ?=
 
@@ -49,15 +52,15 @@ WEIGHTS := $(filter-out weights/gnp-%.c,$(wildcard weights/*.c))
 UNIT   := $(wildcard tests/test_*.c)
 object  = $(patsubst %.c,$(OUT)/%.o,$(1))
 
-PROGRAMS := $(OUT)/gnpd $(OUT)/gnp $(OUT)/gnp-validate
+PROGRAMS := $(OUT)/gnpd $(OUT)/gnp $(OUT)/gnp-validate $(OUT)/gnp-train
 TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check bench validate scans openapi install deps clean help libraries
+.PHONY: all demo test unit check bench validate train scans openapi install deps clean help libraries
 
-all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line) and gnp-validate (the judge)
+all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
 # Names the Debian package that brings what is missing before the compiler stumbles over it.
 $(OUT)/.libraries: deploy/install-deps.sh
@@ -89,7 +92,7 @@ $(OUT)/gnpd: $(OUT)/server/gnpd.o $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(OUT)/gnp-validate: $(OUT)/weights/gnp-validate.o $(LIB_WEIGHTS)
+$(OUT)/gnp-validate $(OUT)/gnp-train: $(OUT)/gnp-%: $(OUT)/weights/gnp-%.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
@@ -112,6 +115,9 @@ bench: all $(OUT)/tests/bench ## time the core and HTTP; writes bench.json and b
 
 validate: $(OUT)/gnp-validate ## judge the estimators by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
 	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
+
+train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
+	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors
 
 demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
 	+@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh

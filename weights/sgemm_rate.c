@@ -2,7 +2,7 @@
 
 #include "linalg.h"
 
-enum { SIZE = 512, PRODUCTS_A_CHUNK = 4, CHUNKS_A_WORKER = 16 };
+enum { SIZE = 512, PRODUCTS_A_CHUNK = 4, CHUNKS_A_WORKER = 24 };
 
 static gnp_status multiply(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
 {

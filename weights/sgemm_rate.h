@@ -5,7 +5,7 @@
 #include "pool.h"
 #include "status.h"
 
-/* Floating-point operations a second of all workers at once, each multiplying 512 x 512 matrices for about a tenth of a second. */
+/* Floating-point operations a second of all workers at once, each multiplying 512 x 512 matrices for one or two tenths of a second. */
 gnp_status gnp_sgemm_rate(struct gnp_pool *pool, double *rate, struct gnp_error *error);
 
 #endif

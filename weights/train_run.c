@@ -1,11 +1,10 @@
 #include "train_run.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "folder.h"
 #include "sgemm_rate.h"
 #include "train_watch.h"
 
@@ -71,7 +70,7 @@ static double seconds_left(const struct running *running, const struct gnp_train
 {
 	const struct gnp_train_options *options = &running->options->train;
 	if (!options->steps)
-		return options->seconds - row->seconds;
+		return fmax(options->seconds - row->seconds, 0);
 	return (double)(options->steps - row->step) * (double)options->batch / row->patches_per_second;
 }
 
@@ -87,7 +86,8 @@ static void print_row(const struct running *running, const struct gnp_train_row 
 	print_terms(lines, "centre", row->report.terms.centre, loss->centre.lambda);
 	fprintf(lines, "; gradient %.2g, rate %.2g; %.0f patches/s", row->report.norm, row->report.rate, row->patches_per_second);
 	if (row->report.operations > 0)
-		fprintf(lines, ", %.0f%% of sgemm", 100 * row->report.operations * row->patches_per_second / running->sgemm);
+		fprintf(lines, ", %.0f%% of sgemm's %.0f GFLOP/s", 100 * row->report.operations * row->patches_per_second / running->sgemm,
+		        running->sgemm / 1e9);
 	fprintf(lines, ", data %.0f%%; %.1f min left\n", 100 * running->sums.data_seconds / busy, seconds_left(running, row) / 60);
 	if (!isnan(row->watched[0])) {
 		fprintf(lines, "watched");
@@ -105,6 +105,8 @@ static gnp_status write_row(struct running *running, bool watch, struct gnp_erro
 	gnp_status status = GNP_OK;
 	if (watch && running->watch)
 		status = gnp_train_watch_run(running->watch, gnp_train_state(running->train)->parameters, row.watched, error);
+	if (watch && status == GNP_OK) /* others use this machine too: the yardstick changes */
+		status = gnp_sgemm_rate(running->pool, &running->sgemm, error);
 	if (status != GNP_OK)
 		return status;
 	print_row(running, &row, now);
@@ -170,9 +172,7 @@ static gnp_status name_files(struct running *running, struct gnp_error *error)
 	for (size_t i = 0; i < sizeof files / sizeof *files; i++)
 		if (snprintf(files[i].path, PATH_MAX, "%s/%s", folder, files[i].name) >= PATH_MAX)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "checkpoint: got a name of %zu bytes, need a shorter one", strlen(folder));
-	if (mkdir(folder, 0777) != 0 && errno != EEXIST)
-		return gnp_error_set(error, GNP_IO, "%s: cannot make the folder: %s", folder, strerror(errno));
-	return GNP_OK;
+	return gnp_folder_make(folder, error);
 }
 
 static gnp_status open_all(struct running *running, struct gnp_task *task, struct gnp_error *error)
@@ -203,12 +203,12 @@ gnp_status gnp_train_run(const struct gnp_train_run_options *options, const stru
 	gnp_status status = open_all(&running, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	if (status == GNP_OK && lines)
-		fprintf(lines, "seed %llu; shapes' seeds 0..%zu, watched ones' from %llu; sgemm %.0f GFLOP/s with %u workers\n",
+		fprintf(lines, "seed %llu; shapes' seeds 0..%zu, watched ones' from %llu; %u workers\n",
 		        (unsigned long long)options->train.data.seed, options->train.data.shapes - 1, (unsigned long long)GNP_SEED_WATCH,
-		        running.sgemm / 1e9, gnp_pool_workers(pool));
+		        gnp_pool_workers(pool));
 	if (status == GNP_OK)
 		status = take_steps(&running, task, error);
-	snprintf(title, sizeof title, "%s", gnp_regime_info(options->train.data.regime)->name);
+	snprintf(title, sizeof title, "%s: %.50s", gnp_regime_info(options->train.data.regime)->name, network->name);
 	if (status == GNP_OK)
 		status = gnp_train_log_draw(&running.log, title, running.curve, error);
 	if (status == GNP_OK) {

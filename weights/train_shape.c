@@ -1,6 +1,5 @@
 #include "train_shape.h"
 
-#include <errno.h>
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "array_file.h"
+#include "folder.h"
 #include "memory.h"
 #include "order.h"
 #include "shapes.h"
@@ -118,9 +118,9 @@ static gnp_status make_and_save(const char *folder, const char *path, const stru
                                 struct gnp_error *error)
 {
 	struct gnp_train_shape shape;
-	if (mkdir(folder, 0777) != 0 && errno != EEXIST)
-		return gnp_error_set(error, GNP_IO, "%s: cannot make the folder: %s", folder, strerror(errno));
-	gnp_status status = make(key, pool, task, &shape, error);
+	gnp_status status = gnp_folder_make(folder, error);
+	if (status == GNP_OK)
+		status = make(key, pool, task, &shape, error);
 	if (status != GNP_OK)
 		return status;
 	status = save(path, key, &shape, error);

@@ -1,0 +1,357 @@
+/* gnp-train: trains a geometric neural operator for one of the paper's regimes and writes its weights. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "command.h"
+#include "linalg.h"
+#include "loss_rule.h"
+#include "memory.h"
+#include "model.h"
+#include "options.h"
+#include "session.h"
+#include "train_operator.h"
+#include "train_run.h"
+
+static const struct gnp_option options[] = {
+	{"regime", 0, "NAME", "what to train for: clean-30, clean-50, outlier-50, noise-70"},
+	{"output", 'o', "FILE", "the weights to write, a .safetensors"},
+	{"minutes", 0, "N", "how long to train (20)"},
+	{"steps", 0, "N", "or how many steps; then training repeats to the byte"},
+	{"prepare", 0, NULL, "only sample the shapes into the cache"},
+	{"trunk", 0, "NAME", "edge or separable (edge)"},
+	{"head", 0, "NAME", "pooled or projection (projection)"},
+	{"width", 0, "N", "values a node (64)"},
+	{"channels", 0, "N", "blocks of the kernel's values (4)"},
+	{"neurons", 0, "N", "of the kernel's hidden layers (64)"},
+	{"layers", 0, "N", "blocks of the trunk (2)"},
+	{"quadrature", 0, "N", "sources of the edge trunk's integrals (32)"},
+	{"head-width", 0, "N", "of the head's hidden layers (128)"},
+	{"shells", 0, "LIST", "projection: nearest points in each nested support, ascending, with commas between"},
+	{"k", 0, "N", "neighbours that set a patch's radius (the regime's)"},
+	{"buffer", 0, "X", "nodes out to X times that radius (1.25)"},
+	{"delta0-ratio", 0, "X", "smallest height scale in units of that radius (0.13 at k = 30, 0.1, under noise 0.5)"},
+	{"patch", 0, "LIST", "loss over a patch: NAME=FACTOR with commas between, and floor, focus, most"},
+	{"centre", 0, "LIST", "loss at its centre, the same way"},
+	{"rate", 0, "X", "the largest rate (1e-3)"},
+	{"last-rate", 0, "X", "what is left of it in the end, as a share (1e-3)"},
+	{"warm", 0, "N", "steps the rate takes to rise (200)"},
+	{"clip", 0, "X", "largest norm of a gradient (1)"},
+	{"batch", 0, "N", "patches a step (64)"},
+	{"micro", 0, "N", "patches a worker takes at a time (8)"},
+	{"shapes", 0, "N", "shapes to train on (320)"},
+	{"points", 0, "N", "points a shape (100000)"},
+	{"window", 0, "N", "clouds at hand (16)"},
+	{"visit", 0, "N", "steps before one of them is replaced (32)"},
+	{"seed", 0, "N", "of parameters, noise and patches (1)"},
+	{"cache", 0, "DIR", "where shapes are kept (build-training/shapes)"},
+	{"checkpoint", 0, "DIR", "where checkpoint, history.csv and curve.png go (build-training/REGIME-HEAD)"},
+	{"resume", 0, NULL, "go on from the checkpoint there; give the same options again"},
+	{"watch-shapes", 0, "N", "shapes to watch progress by, none of those trained on (8)"},
+	{"watch-centres", 0, "N", "patches of each (200)"},
+	{"watch-minutes", 0, "X", "between looks at them (2)"},
+	{"workers", 0, "N", "threads (as many as there are cores)"},
+	{"help", 0, NULL, "this text"},
+};
+enum { OPTIONS = sizeof options / sizeof options[0] };
+
+struct plan {
+	struct gnp_train_run_options run;
+	struct gnp_architecture architecture;
+	const char *output;
+	bool prepare;
+	uint64_t workers;
+	char folder[64];
+};
+
+/* ---- Command line ---- */
+
+static gnp_status unknown_name(const char *option, const char *got, const char *known, struct gnp_error *error)
+{
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%s', need one of %s", option, got ? got : "", known);
+}
+
+static gnp_status parse_names(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	const char *regime = gnp_arguments_get(arguments, "regime", NULL), *trunk = gnp_arguments_get(arguments, "trunk", "edge");
+	const char *head = gnp_arguments_get(arguments, "head", "projection");
+	int r = 0, t = 0, h = 0;
+	while (regime && r < GNP_REGIMES && strcmp(regime, gnp_regime_info((enum gnp_regime)r)->name) != 0)
+		r++;
+	while (t < GNP_TRUNKS && strcmp(trunk, gnp_trunk_name((enum gnp_trunk_kind)t)) != 0)
+		t++;
+	while (h < GNP_HEADS && strcmp(head, gnp_head_name((enum gnp_head_kind)h)) != 0)
+		h++;
+	if ((!regime && !plan->prepare) || r == GNP_REGIMES)
+		return unknown_name("regime", regime, "clean-30, clean-50, outlier-50, noise-70", error);
+	if (t == GNP_TRUNKS)
+		return unknown_name("trunk", trunk, "edge, separable", error);
+	if (h == GNP_HEADS)
+		return unknown_name("head", head, "pooled, projection", error);
+	plan->run.train.data.regime = (enum gnp_regime)r;
+	plan->architecture.trunk = (enum gnp_trunk_kind)t;
+	plan->architecture.head = (enum gnp_head_kind)h;
+	return GNP_OK;
+}
+
+/* What depends on the names. */
+static void set_defaults(struct plan *plan)
+{
+	static const unsigned shells[GNP_REGIMES][4] = {{30, 48, 72, 100}, {36, 50, 80, 120}, {50, 80, 120, 170}, {70, 120, 190, 280}};
+	enum gnp_regime regime = plan->run.train.data.regime;
+	const struct gnp_regime_info *info = gnp_regime_info(regime);
+	struct gnp_architecture *a = &plan->architecture;
+	a->features = 3;
+	a->width = a->neurons = 64;
+	a->channels = 4;
+	a->layers = 2;
+	a->quadrature = 32;
+	a->head_width = 128;
+	a->outputs = 16;
+	if (a->head == GNP_HEAD_PROJECTION) {
+		a->shells = 4;
+		memcpy(a->shell, shells[regime], sizeof shells[regime]);
+	}
+	double delta0 = info->noise > 0 ? 0.5 : info->k == 30 ? 0.13 : 0.1;
+	plan->run.train.recipe = (struct gnp_train_recipe){.k = (size_t)info->k, .delta0_ratio = delta0, .buffer = 1.25};
+	snprintf(plan->folder, sizeof plan->folder, "build-training/%s-%s", info->name, gnp_head_name(a->head));
+}
+
+static gnp_status parse_architecture(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	struct gnp_architecture *a = &plan->architecture;
+	struct {
+		const char *name;
+		unsigned *value;
+	} sizes[] = {{"width", &a->width},   {"channels", &a->channels},     {"neurons", &a->neurons},
+	             {"layers", &a->layers}, {"quadrature", &a->quadrature}, {"head-width", &a->head_width}};
+	for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+		uint64_t value = *sizes[i].value;
+		gnp_status status = gnp_arguments_integer(arguments, sizes[i].name, 1, 4096, &value, error);
+		if (status != GNP_OK)
+			return status;
+		*sizes[i].value = (unsigned)value;
+	}
+	const char *list = gnp_arguments_get(arguments, "shells", NULL);
+	for (a->shells = list ? 0 : a->shells; list; list = *list == ',' ? list + 1 : NULL) {
+		char *end;
+		unsigned long value = strtoul(list, &end, 10);
+		if (end == list || (*end && *end != ',') || value > 4096 || a->shells == GNP_SHELLS_MAX)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--shells: got '%s', need 1..%d numbers with commas between",
+			                     gnp_arguments_get(arguments, "shells", ""), GNP_SHELLS_MAX);
+		a->shell[a->shells++] = (unsigned)value;
+		list = end;
+	}
+	if (a->head == GNP_HEAD_PROJECTION)
+		a->outputs = (unsigned)gnp_projection_outputs(a);
+	return GNP_OK;
+}
+
+static gnp_status parse_integers(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	struct gnp_train_options *train = &plan->run.train;
+	uint64_t k = train->recipe.k, batch = train->batch, micro = train->micro, shapes = train->data.shapes;
+	uint64_t points = train->data.points, window = train->window, watch = plan->run.watch_shapes, centres = plan->run.watch_centres;
+	const struct {
+		const char *name;
+		uint64_t least, most, *value;
+	} rows[] = {{"steps", 1, UINT64_C(1) << 40, &train->steps},
+	            {"k", 12, 500, &k},
+	            {"warm", 0, UINT64_C(1) << 40, &train->warm},
+	            {"batch", 1, 65536, &batch},
+	            {"micro", 1, 1024, &micro},
+	            {"shapes", 1, 1000000, &shapes},
+	            {"points", 1000, 10000000, &points},
+	            {"window", 1, 1000, &window},
+	            {"visit", 1, UINT64_C(1) << 40, &train->visit},
+	            {"seed", 0, UINT64_MAX, &train->data.seed},
+	            {"watch-shapes", 0, 1000, &watch},
+	            {"watch-centres", 1, 100000, &centres},
+	            {"workers", 1, 1024, &plan->workers}};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		gnp_status status = gnp_arguments_integer(arguments, rows[i].name, rows[i].least, rows[i].most, rows[i].value, error);
+		if (status != GNP_OK)
+			return status;
+	}
+	train->recipe.k = k;
+	train->batch = batch;
+	train->micro = micro;
+	train->data.shapes = shapes;
+	train->data.points = points;
+	train->window = window;
+	plan->run.watch_shapes = watch;
+	plan->run.watch_centres = centres;
+	return GNP_OK;
+}
+
+static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	struct gnp_train_options *train = &plan->run.train;
+	double minutes = train->seconds / 60, watch = plan->run.watch_seconds / 60;
+	const struct {
+		const char *name;
+		double least, most, *value;
+	} rows[] = {{"minutes", 0.01, 1e6, &minutes},
+	            {"buffer", 1, 4, &train->recipe.buffer},
+	            {"delta0-ratio", 1e-6, 100, &train->recipe.delta0_ratio},
+	            {"rate", 0, 1e3, &train->rate},
+	            {"last-rate", 0, 1, &train->last},
+	            {"clip", 1e-9, 1e9, &train->clip},
+	            {"watch-minutes", 0, 1e6, &watch}};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		gnp_status status = gnp_arguments_number(arguments, rows[i].name, rows[i].least, rows[i].most, rows[i].value, error);
+		if (status != GNP_OK)
+			return status;
+	}
+	train->seconds = 60 * minutes;
+	plan->run.watch_seconds = 60 * watch;
+	return GNP_OK;
+}
+
+static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_loss_options *loss, struct gnp_error *error)
+{
+	const char *patch = gnp_arguments_get(arguments, "patch", NULL), *centre = gnp_arguments_get(arguments, "centre", NULL);
+	gnp_status status = patch ? gnp_loss_rule_parse(patch, "--patch", &loss->patch, error) : GNP_OK;
+	if (status == GNP_OK && centre)
+		status = gnp_loss_rule_parse(centre, "--centre", &loss->centre, error);
+	return status;
+}
+
+static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	*plan = (struct plan){.run = gnp_train_run_defaults()};
+	plan->prepare = gnp_arguments_has(arguments, "prepare");
+	plan->output = gnp_arguments_get(arguments, "output", NULL);
+	if (gnp_arguments_has(arguments, "minutes") && gnp_arguments_has(arguments, "steps"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--minutes: given with --steps, need one of them");
+	if (!plan->output && !plan->prepare)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--output: not given, need a file");
+	gnp_status status = parse_names(arguments, plan, error);
+	if (status != GNP_OK)
+		return status;
+	set_defaults(plan);
+	status = parse_architecture(arguments, plan, error);
+	if (status == GNP_OK)
+		status = parse_integers(arguments, plan, error);
+	if (status == GNP_OK)
+		status = parse_numbers(arguments, plan, error);
+	if (status == GNP_OK)
+		status = parse_loss(arguments, &plan->run.train.loss, error);
+	if (plan->architecture.shells)
+		plan->run.train.recipe.reach = plan->architecture.shell[plan->architecture.shells - 1];
+	plan->run.train.data.folder = gnp_arguments_get(arguments, "cache", "build-training/shapes");
+	plan->run.folder = gnp_arguments_get(arguments, "checkpoint", plan->folder);
+	plan->run.resume = gnp_arguments_has(arguments, "resume");
+	return status;
+}
+
+/* ---- The file ---- */
+
+enum { NOTES = 9, NOTE_BYTES = 256 };
+
+/* What people want to know of a training. */
+static size_t write_notes(const struct plan *plan, const struct gnp_train_row *last, char text[NOTES][NOTE_BYTES],
+                          struct gnp_weights_metadata notes[NOTES])
+{
+	static const char *const keys[NOTES] = {"training_seed",  "training_steps", "training_patches",     "training_seconds", "training_shapes",
+	                                        "training_patch", "training_centre", "training_watched", "training_rate"};
+	const struct gnp_train_options *train = &plan->run.train;
+	size_t used = 0;
+	snprintf(text[0], NOTE_BYTES, "%llu", (unsigned long long)train->data.seed);
+	snprintf(text[1], NOTE_BYTES, "%llu", (unsigned long long)last->step);
+	snprintf(text[2], NOTE_BYTES, "%llu", (unsigned long long)(last->step * train->batch));
+	snprintf(text[3], NOTE_BYTES, "%.0f", last->seconds);
+	snprintf(text[4], NOTE_BYTES, "%zu radial, seeds 0..%zu, %zu points each", train->data.shapes, train->data.shapes - 1,
+	         train->data.points);
+	gnp_loss_rule_print(&train->loss.patch, text[5], NOTE_BYTES);
+	gnp_loss_rule_print(&train->loss.centre, text[6], NOTE_BYTES);
+	for (int s = 0; s < GNP_SCORES && used < NOTE_BYTES; s++)
+		used += (size_t)snprintf(text[7] + used, NOTE_BYTES - used, "%s%s %.3g", s ? ", " : "", gnp_score_heading((enum gnp_score)s),
+		                         last->watched[s]);
+	snprintf(text[8], NOTE_BYTES, "%g to %g, batches of %zu", train->rate, train->rate * train->last, train->batch);
+	for (int i = 0; i < NOTES; i++)
+		notes[i] = (struct gnp_weights_metadata){keys[i], text[i]};
+	return NOTES;
+}
+
+static gnp_status write_model(const struct plan *plan, const float *parameters, const struct gnp_train_row *last,
+                              struct gnp_error *error)
+{
+	char text[NOTES][NOTE_BYTES], regime[16];
+	struct gnp_weights_metadata notes[NOTES];
+	const struct gnp_train_recipe *recipe = &plan->run.train.recipe;
+	const char *name = gnp_regime_info(plan->run.train.data.regime)->name;
+	snprintf(regime, sizeof regime, "%.*s", (int)strcspn(name, "-"), name);
+	struct gnp_model_source source = {
+		.architecture = plan->architecture,
+		.recipe = {.k = (unsigned)recipe->k, .buffer = recipe->buffer, .height_scale = 2, .delta0_ratio = recipe->delta0_ratio},
+		.regime = regime, .more = notes, .parameters = parameters};
+	source.more_count = write_notes(plan, last, text, notes);
+	return gnp_model_save(plan->output, &source, error);
+}
+
+/* ---- The program ---- */
+
+static gnp_status train_and_write(const struct plan *plan, const struct gnp_train_network *network, struct gnp_session *session,
+                                  struct gnp_error *error)
+{
+	struct gnp_train_row last;
+	float *parameters = gnp_array_new(network->parameter_count, sizeof *parameters);
+	if (!parameters)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp-train: no memory for %zu parameters", network->parameter_count);
+	fprintf(stderr, "%s: %zu parameters\n", network->name, network->parameter_count);
+	gnp_status status = gnp_train_run(&plan->run, network, session->pool, &session->task, stderr, parameters, &last, error);
+	if (status == GNP_OK)
+		status = write_model(plan, parameters, &last, error);
+	free(parameters);
+	return status;
+}
+
+static gnp_status run_in(const struct plan *plan, struct gnp_session *session, struct gnp_error *error)
+{
+	struct gnp_train_network network;
+	atomic_store(&session->progress.phase, "shapes");
+	if (plan->prepare)
+		return gnp_train_data_ensure(&plan->run.train.data, plan->run.watch_shapes, session->pool, &session->task, error);
+	gnp_status status = gnp_train_operator_open(&plan->architecture, &network, error);
+	if (status != GNP_OK)
+		return status;
+	status = train_and_write(plan, &network, session, error);
+	gnp_train_operator_close(&network);
+	return status;
+}
+
+static enum gnp_exit train(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct plan plan;
+	struct gnp_session session;
+	if (parse_plan(arguments, &plan, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = gnp_session_open(&session, (unsigned)plan.workers, error);
+	if (status != GNP_OK)
+		return gnp_exit_of(status, false);
+	status = run_in(&plan, &session, error);
+	gnp_session_close(&session);
+	return gnp_exit_of(status, false);
+}
+
+int main(int argc, char **argv)
+{
+	struct gnp_arguments arguments;
+	struct gnp_error error = {0};
+	enum gnp_exit code = GNP_EXIT_USAGE;
+	gnp_linalg_restart(argv);
+	if (gnp_arguments_parse(argc - 1, argv + 1, options, OPTIONS, 0, &arguments, &error) == GNP_OK) {
+		if (gnp_arguments_has(&arguments, "help")) {
+			puts("gnp-train: trains a geometric neural operator for one of the paper's regimes\n\nOptions:");
+			gnp_options_print(options, OPTIONS, stdout);
+			return GNP_EXIT_OK;
+		}
+		gnp_linalg_init();
+		code = train(&arguments, &error);
+	}
+	if (code != GNP_EXIT_OK)
+		fprintf(stderr, "gnp-train: %s\n", error.text[0] ? error.text : gnp_status_text(error.status));
+	return code;
+}
