@@ -55,43 +55,27 @@ static void hidden_backward(const struct gnp_trunk_pass *pass, const struct kern
 	                   gradient + kernel->place[0].bias);
 }
 
-/* The sources of all patches, one after the other. */
-struct sources {
-	size_t rows;
-	float *x;  /* (rows, terms) */
-	float *y;  /* (rows, width) values / sources of the patch */
-	float *sum; /* (patches, width) of y */
-};
-
-static bool collect(const struct gnp_trunk_pass *pass, const float *values, struct sources *sources)
+/* y (rows, width): values / nodes of the patch; sum (patches, width) of y. */
+static void scale(const struct gnp_trunk_pass *pass, const float *values, float *y, float *sum)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
-	size_t width = pass->network->architecture.width, terms = tape->terms, row = 0;
-	sources->rows = 0;
-	for (size_t p = 0; p < tape->patches; p++)
-		sources->rows += tape->sources[p];
-	sources->x = take(pass, sources->rows, terms);
-	sources->y = take(pass, sources->rows, width);
-	sources->sum = take(pass, tape->patches, width);
-	if (!sources->x || !sources->y || !sources->sum)
-		return false;
-	memset(sources->sum, 0, tape->patches * width * sizeof *sources->sum);
-	for (size_t p = 0; p < tape->patches; row += tape->sources[p++]) {
-		const float *v = values + tape->first[p] * width, factor = 1 / (float)tape->sources[p];
-		memcpy(sources->x + row * terms, tape->x + tape->first[p] * terms, tape->sources[p] * terms * sizeof *tape->x);
-		for (size_t i = 0; i < tape->sources[p] * width; i++)
-			sources->y[row * width + i] = factor * v[i];
-		gnp_rows_sum(tape->sources[p], width, sources->y + row * width, sources->sum + p * width);
+	size_t width = pass->network->architecture.width;
+	memset(sum, 0, tape->patches * width * sizeof *sum);
+	for (size_t p = 0; p < tape->patches; p++) {
+		size_t row = tape->first[p], count = tape->first[p + 1] - row;
+		float factor = 1 / (float)count;
+		for (size_t i = row * width; i < (row + count) * width; i++)
+			y[i] = factor * values[i];
+		gnp_rows_sum(count, width, y + row * width, sum + p * width);
 	}
-	return true;
 }
 
-static bool take_kept(const struct gnp_trunk_pass *pass, struct gnp_trunk_kept *kept, size_t source_rows)
+static bool take_kept(const struct gnp_trunk_pass *pass, struct gnp_trunk_kept *kept)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = pass->network->architecture.neurons, width = pass->network->architecture.width;
 	for (int i = 0; i < 4; i++)
-		if (!(kept->hidden[i] = take(pass, i < 2 ? source_rows : tape->rows, n)))
+		if (!(kept->hidden[i] = take(pass, tape->rows, n)))
 			return false;
 	kept->moments = take(pass, tape->patches * width, n);
 	kept->pooled = take(pass, tape->patches, width);
@@ -104,16 +88,19 @@ static bool evaluate(const struct gnp_trunk_pass *pass, unsigned layer, struct g
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	struct kernel source = kernel_of(pass->network, layer, 0), target = kernel_of(pass->network, layer, 1);
-	size_t n = source.blocks.neurons, width = pass->network->architecture.width, row = 0;
-	struct sources sources;
-	if (!collect(pass, tape->values[layer], &sources) || !take_kept(pass, kept, sources.rows))
+	size_t n = source.blocks.neurons, width = pass->network->architecture.width;
+	float *y = take(pass, tape->rows, width), *sum = take(pass, tape->patches, width);
+	if (!y || !sum || !take_kept(pass, kept))
 		return false;
-	hidden_forward(pass, &source, sources.rows, sources.x, kept->hidden);
-	for (size_t p = 0; p < tape->patches; row += tape->sources[p++])
-		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, width, n, tape->sources[p], 1, sources.y + row * width, width,
+	scale(pass, tape->values[layer], y, sum);
+	hidden_forward(pass, &source, tape->rows, tape->x, kept->hidden);
+	for (size_t p = 0; p < tape->patches; p++) {
+		size_t row = tape->first[p];
+		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, width, n, tape->first[p + 1] - row, 1, y + row * width, width,
 		                kept->hidden[1] + row * n, n, 0, kept->moments + p * width * n, n);
+	}
 	gnp_blocks_gather(&source.blocks, tape->patches, kept->moments, kept->pooled);
-	gnp_blocks_bias(&source.blocks, tape->patches, sources.sum, kept->pooled);
+	gnp_blocks_bias(&source.blocks, tape->patches, sum, kept->pooled);
 	gnp_blocks_spread(&target.blocks, tape->patches, kept->pooled, kept->spread);
 	memset(zbias, 0, tape->patches * width * sizeof *zbias);
 	gnp_blocks_bias(&target.blocks, tape->patches, kept->pooled, zbias);
@@ -163,15 +150,14 @@ static bool evaluate_backward(const struct gnp_trunk_pass *pass, unsigned layer,
 	const struct gnp_trunk_tape *tape = pass->tape;
 	const struct gnp_trunk_kept *kept = &tape->kept[layer];
 	struct kernel source = kernel_of(pass->network, layer, 0), target = kernel_of(pass->network, layer, 1);
-	size_t n = source.blocks.neurons, width = pass->network->architecture.width, row = 0;
-	struct sources sources;
-	if (!collect(pass, tape->values[layer], &sources))
-		return false;
-	size_t most = sources.rows > tape->rows ? sources.rows : tape->rows;
+	size_t n = source.blocks.neurons, width = pass->network->architecture.width;
+	float *y = take(pass, 2 * tape->rows, width), *sum = take(pass, tape->patches, width);
 	float *dpooled = take(pass, 2 * tape->patches, width), *dmoments = take(pass, tape->patches * width, n);
-	float *dfirst = take(pass, most, n), *dsource = take(pass, sources.rows, n), *dy = take(pass, sources.rows, width);
-	if (!dpooled || !dmoments || !dfirst || !dsource || !dy)
+	float *dfirst = take(pass, tape->rows, n), *dsource = take(pass, tape->rows, n);
+	if (!y || !sum || !dpooled || !dmoments || !dfirst || !dsource)
 		return false;
+	float *dy = y + tape->rows * width;
+	scale(pass, tape->values[layer], y, sum);
 	float *dsum = dpooled + tape->patches * width;
 	memset(dpooled, 0, 2 * tape->patches * width * sizeof *dpooled);
 	hidden_backward(pass, &target, tape->rows, tape->x, kept->hidden + 2, dhidden, dfirst);
@@ -180,16 +166,16 @@ static bool evaluate_backward(const struct gnp_trunk_pass *pass, unsigned layer,
 	gnp_blocks_bias_backward(&target.blocks, tape->patches, kept->pooled, dzsum, dpooled, pass->gradient + target.place[2].bias);
 	gnp_blocks_gather_backward(&source.blocks, tape->patches, kept->moments, dpooled, dmoments,
 	                           pass->gradient + source.place[2].weight);
-	gnp_blocks_bias_backward(&source.blocks, tape->patches, sources.sum, dpooled, dsum, pass->gradient + source.place[2].bias);
-	for (size_t p = 0; p < tape->patches; row += tape->sources[p++]) {
-		size_t count = tape->sources[p];
+	gnp_blocks_bias_backward(&source.blocks, tape->patches, sum, dpooled, dsum, pass->gradient + source.place[2].bias);
+	for (size_t p = 0; p < tape->patches; p++) {
+		size_t row = tape->first[p], count = tape->first[p + 1] - row;
 		const float *d = dmoments + p * width * n;
-		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, count, n, width, 1, sources.y + row * width, width, d, n, 0, dsource + row * n, n);
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, count, n, width, 1, y + row * width, width, d, n, 0, dsource + row * n, n);
 		gnp_dense_forward(count, n, width, kept->hidden[1] + row * n, n, d, n, dsum + p * width, dy + row * width);
-		for (size_t i = 0; i < count * width; i++)
-			dvalues[tape->first[p] * width + i] += dy[row * width + i] / (float)count;
+		for (size_t i = row * width; i < (row + count) * width; i++)
+			dvalues[i] += dy[i] / (float)count;
 	}
-	hidden_backward(pass, &source, sources.rows, sources.x, kept->hidden, dsource, dfirst);
+	hidden_backward(pass, &source, tape->rows, tape->x, kept->hidden, dsource, dfirst);
 	return true;
 }
 
