@@ -1,7 +1,8 @@
 /* The last, linear layer of a kernel's MLP, never evaluated for a node or an edge: contracted with what it is multiplied by.
  *
- * The kernel's value is a matrix of c diagonal blocks of h x h, K[c][in][out] = sum_p weight[(c, in, out)][p] h_p + bias[(c, in, out)],
- * h (n) the hidden activations, and a row y (width = c h) becomes (y K)[c][out] = sum_in y[c][in] K[c][in][out]. Backward
+ * The kernel's value is a matrix of c diagonal blocks of h x h,
+ *   K[c][in][out] = sum_p weight[(c, in, out)][p] g_p + bias[(c, in, out)],
+ * g (n) the hidden activations, and a row y (width = c h) becomes (y K)[c][out] = sum_in y[c][in] K[c][in][out]. Backward
  * functions add to what they write. */
 #ifndef GNP_CORE_BLOCKS_H
 #define GNP_CORE_BLOCKS_H
@@ -20,13 +21,13 @@ void gnp_blocks_spread(const struct gnp_blocks *blocks, size_t rows, const float
 void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread, float *dy,
                                 float *dweight);
 
-/* z (rows, width) = sums of y K over nodes, from moments (rows, width, n), sums of y[(c, in)] h[p], without the bias:
+/* z (rows, width) = sums of y K over nodes, from moments (rows, width, n), sums of y[(c, in)] g[p], without the bias:
  * z[r][(c, out)] = sum_in sum_p weight[(c, in, out)][p] moments[r][(c, in)][p]. dmoments is written, not added to. */
 void gnp_blocks_gather(const struct gnp_blocks *blocks, size_t rows, const float *moments, float *z);
 void gnp_blocks_gather_backward(const struct gnp_blocks *blocks, size_t rows, const float *moments, const float *dz,
                                 float *dmoments, float *dweight);
 
-/* The bias's part: z (rows, width) += y K for h = 0. */
+/* The bias's part: z (rows, width) += y K for g = 0. */
 void gnp_blocks_bias(const struct gnp_blocks *blocks, size_t rows, const float *y, float *z);
 void gnp_blocks_bias_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dz, float *dy,
                               float *dbias);

@@ -23,7 +23,7 @@ void gnp_dense_backward(size_t rows, size_t in, size_t out, const float *x, size
                         const float *dy, float *dx, float *dweight, float *dbias)
 {
 	if (dx)
-		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, rows, in, out, 1, dy, out, weight, ldw, 1, dx, ldx);
+		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, rows, in, out, 1, dy, out, weight, ldw, 0, dx, ldx);
 	if (dweight)
 		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_PLAIN, out, in, rows, 1, dy, out, x, ldx, 1, dweight, ldw);
 	if (dbias)

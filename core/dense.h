@@ -1,4 +1,5 @@
-/* Linear layers and rectifiers over rows of floats. Backward functions add to the gradients they write. */
+/* Linear layers and rectifiers over rows of floats. Gradients of parameters are added to, those of activations
+ * written. */
 #ifndef GNP_CORE_DENSE_H
 #define GNP_CORE_DENSE_H
 
@@ -12,7 +13,7 @@ void gnp_dense_forward(size_t rows, size_t in, size_t out, const float *x, size_
 void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
                            float *y);
 
-/* dweight, with the layout of W, dbias (out) and dx (rows, in), whose rows lie ldx apart; each may be NULL. */
+/* dx (rows, in), whose rows lie ldx apart; dweight, with the layout of W, and dbias (out) are added to. Each may be NULL. */
 void gnp_dense_backward(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
                         const float *dy, float *dx, float *dweight, float *dbias);
 

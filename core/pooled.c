@@ -1,7 +1,6 @@
 #include "pooled.h"
 
 #include <assert.h>
-#include <string.h>
 
 #include "dense.h"
 
@@ -64,8 +63,6 @@ gnp_status gnp_pooled_backward(const struct gnp_operator *network, const struct 
 	float *dmean = gnp_scratch_take(scratch, patches * a->width, sizeof *dmean);
 	if (!dhidden || !dmean)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu patches", patches);
-	memset(dhidden, 0, patches * a->head_width * sizeof *dhidden);
-	memset(dmean, 0, patches * a->width * sizeof *dmean);
 	gnp_dense_backward(patches, a->head_width, a->outputs, tape->hidden, a->head_width, parameters + head.second->offset,
 	                   a->head_width, dcoefficients, dhidden, gradient + head.second->offset, gradient + head.second[1].offset);
 	gnp_relu_backward(patches * a->head_width, tape->hidden, dhidden);

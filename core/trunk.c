@@ -207,10 +207,8 @@ static bool last_layer_backward(const struct gnp_trunk_pass *pass, const float *
 	float *dz = gnp_scratch_take(pass->scratch, patches * width, sizeof *dz);
 	if (!dsum || !dz)
 		return false;
-	memset(dz, 0, patches * width * sizeof *dz);
 	if (network->architecture.trunk == GNP_TRUNK_EDGE) {
 		struct gnp_linear_place project = gnp_trunk_place(network, "model.proj", 0);
-		memset(dsum, 0, patches * width * sizeof *dsum);
 		gnp_dense_backward(patches, width, width, tape->mean, width, parameters + project.weight, width, dmean, dsum,
 		                   gradient + project.weight, gradient + project.bias);
 	} else {
@@ -233,7 +231,6 @@ static bool hidden_layer_backward(const struct gnp_trunk_pass *pass, unsigned la
 	size_t width = network->architecture.width;
 	struct gnp_linear_place mix = gnp_trunk_place(network, kinds[network->architecture.trunk].mix, layer);
 	gnp_relu_backward(tape->rows * width, tape->values[layer + 1], dvalues);
-	memset(dz, 0, tape->rows * width * sizeof *dz);
 	gnp_dense_backward(tape->rows, width, width, tape->kept[layer].z, width, network->parameters + mix.weight, width, dvalues, dz,
 	                   pass->gradient + mix.weight, pass->gradient + mix.bias);
 	return kinds[network->architecture.trunk].integral_backward(pass, layer, dz, dvalues);

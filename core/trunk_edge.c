@@ -138,7 +138,8 @@ static bool patch_integral_backward(const struct gnp_trunk_pass *pass, const str
 	float *spread = take(pass, sources * width, n), *dspread = take(pass, sources * width, n);
 	if (!y || !h || !spread || !dspread)
 		return false;
-	float *dy = y + sources * width, *ysum = dy + sources * width, *dzsum = ysum + width, *dysum = dzsum + width, *dh = h + targets * n;
+	float *dy = y + sources * width, *dh = h + targets * n;
+	float *ysum = dy + sources * width, *dzsum = ysum + width, *dysum = dzsum + width;
 	dz += view.row * width;
 	scaled(&view, values + view.row * width, width, y);
 	memset(dy, 0, (sources + 3) * width * sizeof *dy);
@@ -182,8 +183,8 @@ static void lifted_terms_backward(const struct gnp_trunk_pass *pass, const float
 	}
 }
 
-/* The first layer's integrals, z_i = sum_f moments_if K(lifted[f]), moments_if = mean_j x_j[f] h_ij: one contraction for all patches. The
- * bias's part is sum_f mean_j x_j[f] lifted[f] B. */
+/* The first layer's integrals: z_i = sum_f lifted[f] K with moments_if = mean_j x_j[f] h_ij in place of the hidden activations, one
+ * contraction for all patches. */
 static bool first_integral(const struct gnp_trunk_pass *pass, const struct kernel *kernel, struct gnp_trunk_kept *kept)
 {
 	struct gnp_trunk_tape *tape = pass->tape;

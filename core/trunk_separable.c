@@ -47,7 +47,6 @@ static void hidden_backward(const struct gnp_trunk_pass *pass, const struct kern
 	size_t n = kernel->blocks.neurons, terms = pass->tape->terms;
 	float *gradient = pass->gradient;
 	gnp_relu_backward(rows * n, hidden[1], dhidden);
-	memset(dfirst, 0, rows * n * sizeof *dfirst);
 	gnp_dense_backward(rows, n, n, hidden[0], n, pass->network->parameters + kernel->place[1].weight, n, dhidden, dfirst,
 	                   gradient + kernel->place[1].weight, gradient + kernel->place[1].bias);
 	gnp_relu_backward(rows * n, hidden[0], dfirst);

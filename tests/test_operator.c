@@ -158,7 +158,8 @@ struct setting {
 	struct gnp_scratch *scratch;
 };
 
-static void open_setting(struct setting *s, struct gnp_architecture architecture, size_t patches, const size_t *nodes, const size_t *inner)
+static void open_setting(struct setting *s, struct gnp_architecture architecture, size_t patches, const size_t *nodes,
+                         const size_t *inner)
 {
 	struct gnp_random random;
 	gnp_random_seed(&random, 7, 0);
