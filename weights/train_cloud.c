@@ -85,7 +85,8 @@ static struct gnp_train_shape_key training_key(const struct gnp_train_data *data
 
 static struct gnp_train_shape_key watch_key(const struct gnp_train_data *data, size_t i)
 {
-	return (struct gnp_train_shape_key){.seed = GNP_SEED_WATCH + i, .degree = gnp_radial_degree(i), .points = data->points};
+	/* an odd stride: every degree in turn, and the first few are both smooth and rough */
+	return (struct gnp_train_shape_key){.seed = GNP_SEED_WATCH + i, .degree = gnp_radial_degree(5 * i), .points = data->points};
 }
 
 gnp_status gnp_train_data_ensure(const struct gnp_train_data *data, size_t watch, struct gnp_pool *pool, struct gnp_task *task,
