@@ -62,6 +62,10 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 	if (a->width % a->channels)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "width: got %u, need a multiple of the %u channels", a->width,
 		                     a->channels);
+	if (projection && !(a->ridge >= 1e-15 && a->ridge <= 1))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "ridge: got %g, need 1e-15..1", a->ridge);
+	if (projection && a->features < 4)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "features: got %u, the projection head's nodes have 4", a->features);
 	return check_shells(a, error);
 }
 

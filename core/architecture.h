@@ -32,6 +32,7 @@ struct gnp_architecture {
 	unsigned outputs;    /* of the head: 16 coefficients (pooled), or what the projection takes */
 	unsigned shells;     /* projection: nested supports, 1..GNP_SHELLS_MAX; pooled: 0 */
 	unsigned shell[GNP_SHELLS_MAX]; /* nearest points in each, ascending */
+	double ridge;        /* projection: of its first fits (projection.h), 1e-15..1 */
 };
 
 /* One tensor of the block, row-major; rank 1 or 2. */

@@ -26,6 +26,8 @@ static void tensors_follow_each_other(void)
 	a.shell[0] = 40;
 	a.shell[1] = 80;
 	a.outputs = 10;
+	a.features = 4;
+	a.ridge = 1e-6;
 	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
 	size_t end = 0;
 	for (size_t i = 0; i < layout.rows; i++) {
