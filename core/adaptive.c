@@ -8,6 +8,7 @@
 #include "memory.h"
 #include "outliers.h"
 #include "regression.h"
+#include "sheets.h"
 
 enum {
 	SERVED = 64,        /* points a representative stands for */
@@ -63,16 +64,9 @@ struct local {
 	double radius;
 };
 
-/* Points of the patch that may lie on the centre's sheet and are no outliers. */
 static void collect_usable(const struct state *state, const struct gnp_patch *patch, size_t most, struct local *local)
 {
-	const double *normal = state->normals + 3 * (size_t)patch->centre;
-	local->usable_count = 0;
-	for (size_t i = 0; i < patch->buffer_count && local->usable_count < most; i++) {
-		size_t point = patch->index[i];
-		if (!state->outlier[point] && gnp_same_sheet(state->normals + 3 * point, normal))
-			local->usable[local->usable_count++] = (uint32_t)i;
-	}
+	local->usable_count = gnp_sheets_usable(state->normals, state->outlier, patch, most, local->usable);
 }
 
 /* Coordinates about the centre in units of the in-plane reach of the nearest `count` usable points. */
@@ -304,50 +298,6 @@ void gnp_adaptive_release(void *pointer)
 	free(state);
 }
 
-struct sheets {
-	const struct gnp_fit_cloud *cloud;
-	struct state *state;
-};
-
-/* A stray point's normal may be anything. Unless a third of the good points about it face as it does, it takes the normal of
- * the nearest one: it will be told of the surface below it. */
-static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
-{
-	enum { ASKED = 24 };
-	const struct sheets *sheets = context;
-	const struct gnp_fit_cloud *cloud = sheets->cloud;
-	const struct state *state = sheets->state;
-	size_t k = ASKED < cloud->count ? ASKED : cloud->count;
-	uint32_t index[ASKED];
-	double distance[ASKED];
-	for (size_t i = begin; i < end; i++) {
-		const double *own = cloud->normals + 3 * i, *nearest = NULL;
-		size_t good = 0, same = 0;
-		gnp_status status = GNP_OK;
-		if (state->outlier[i])
-			status = gnp_neighbors_knn(cloud->neighbors, cloud->points + 3 * i, 1, k, index, distance, scratch, error);
-		if (status != GNP_OK)
-			return status;
-		for (size_t j = 0; state->outlier[i] && j < k; j++) {
-			const double *other = cloud->normals + 3 * (size_t)index[j];
-			if (state->outlier[index[j]])
-				continue;
-			nearest = nearest ? nearest : other;
-			good++;
-			same += gnp_same_sheet(own, other);
-		}
-		memcpy(state->normals + 3 * i, nearest && 3 * same < good ? nearest : own, 3 * sizeof *own);
-	}
-	return GNP_OK;
-}
-
-static gnp_status settle_sheets(struct state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
-                                struct gnp_task *task, struct gnp_error *error)
-{
-	struct sheets sheets = {cloud, state};
-	return gnp_pool_run(pool, task, cloud->count, 1024, settle_chunk, &sheets, error);
-}
-
 static gnp_status prepare_state(struct state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
                                 struct gnp_task *task, struct gnp_error *error)
 {
@@ -360,7 +310,7 @@ static gnp_status prepare_state(struct state *state, const struct gnp_fit_cloud 
 	gnp_status status = gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task,
 	                                      state->outlier, error);
 	if (status == GNP_OK)
-		status = settle_sheets(state, cloud, pool, task, error);
+		status = gnp_sheets_settle(cloud, state->outlier, pool, task, state->normals, error);
 	if (status == GNP_OK)
 		status = gnp_cover_greedy(cloud->neighbors, cloud->points, cloud->count,
 		                          &(struct gnp_cover_rule){.fixed = SERVED < cloud->count ? SERVED : cloud->count}, pool, task,

@@ -85,7 +85,7 @@ static gnp_status check_options(const struct gnp_estimate_options *options, stru
 			return status;
 	}
 	struct gnp_basis basis = basis_of(options);
-	if (basis.kind != GNP_BASIS_TAYLOR && gnp_basis_size(basis) > (size_t)options->k)
+	if (!estimator_of(options)->learned && basis.kind != GNP_BASIS_TAYLOR && gnp_basis_size(basis) > (size_t)options->k)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %d, need at least %zu for degree %d", options->k,
 		                     gnp_basis_size(basis), options->degree);
 	return check_quantities(options, error);
@@ -128,7 +128,7 @@ struct work {
 	const unsigned char *outlier; /* (count) in curve order, or NULL */
 	const double *sheets;         /* (count, 3) normals that tell sheets apart, or NULL */
 	uint64_t quantities;
-	size_t k;
+	struct gnp_patch_rule rule;
 	struct gnp_estimate *out;
 	atomic_size_t degenerate;
 	atomic_size_t search_ns, fit_ns; /* summed over workers */
@@ -145,14 +145,15 @@ static gnp_status find_neighborhoods(const struct work *work, size_t begin, size
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	const uint32_t *centres = work->cover.centre + begin;
-	if (!work->estimator->reach)
-		return gnp_neighborhoods_find(prepared->neighbors, centres, count, work->k, GNP_PATCH_TAU, 8 * work->k + 64, scratch,
-		                              found, error);
-	size_t reach = work->k + work->k / 2;
-	for (size_t p = 0; p < count; p++) {
+	size_t k = work->rule.k, reach = 0, most = (size_t)(8 * work->rule.buffer * work->rule.buffer * (double)k) + 64;
+	for (size_t p = 0; work->estimator->reach && p < count; p++) {
 		size_t wanted = work->estimator->reach(work->state, centres[p]);
 		reach = wanted > reach ? wanted : reach;
 	}
+	if (reach == 0)
+		return gnp_neighborhoods_find(prepared->neighbors, centres, count, k, GNP_PATCH_TAU * work->rule.buffer, most, scratch,
+		                              found, error);
+	reach = reach > k + k / 2 ? reach : k + k / 2;
 	reach = reach < prepared->count ? reach : prepared->count;
 	return gnp_neighborhoods_find(prepared->neighbors, centres, count, reach, 1, reach, scratch, found, error);
 }
@@ -161,8 +162,10 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const struct gnp_patch_source source = {prepared->points, work->sheets ? work->sheets : prepared->normals, work->k,
-	                                        work->estimator->delta0_ratio, work->sheets != NULL};
+	const struct gnp_patch_rule *rule = &work->rule;
+	const struct gnp_patch_source source = {.points = prepared->points, .normals = work->sheets ? work->sheets : prepared->normals,
+	                                        .k = rule->k, .delta0_ratio = rule->delta0_ratio, .delta0 = rule->delta0,
+	                                        .height_scale = rule->height_scale, .one_sheet = work->sheets != NULL};
 	struct gnp_neighborhoods found;
 	gnp_status status = find_neighborhoods(work, begin, count, scratch, &found, error);
 	if (status != GNP_OK)
@@ -273,6 +276,12 @@ static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, st
 		work->outlier = work->estimator->outliers(work->state);
 	if (status == GNP_OK && work->estimator->normals)
 		work->sheets = work->estimator->normals(work->state);
+	if (status == GNP_OK && work->estimator->rule)
+		work->estimator->rule(work->state, &work->rule);
+	if (status == GNP_OK && prepared->count < work->rule.k)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, the neighbours of a patch",
+		                       prepared->count, work->rule.k);
+	work->fit.basis = work->rule.basis;
 	return status;
 }
 
@@ -283,7 +292,7 @@ static gnp_status make_cover(struct work *work, const struct gnp_estimate_option
 	const struct gnp_prepared *prepared = work->prepared;
 	if (work->choice->at)
 		return cover_chosen(prepared, work->choice, &work->cover, error);
-	struct gnp_cover_rule rule = {.fixed = (size_t)options->k / 3, .normals = work->sheets};
+	struct gnp_cover_rule rule = {.fixed = work->rule.k / 3, .normals = work->sheets};
 	if (options->cover == GNP_COVER_ALL) {
 		if (!work->estimator->served)
 			return gnp_cover_all(prepared->count, &work->cover, error);
@@ -308,7 +317,8 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 	struct work work = {.prepared = prepared, .choice = choice, .estimator = estimator,
 	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .model = options->model, .models = options->models},
-	                    .quantities = options->quantities & offered_quantities(estimator), .k = (size_t)options->k,
+	                    .quantities = options->quantities & offered_quantities(estimator),
+	                    .rule = {.k = (size_t)options->k, .buffer = 1, .delta0_ratio = 0.1, .basis = basis_of(options)},
 	                    .out = estimate};
 	gnp_task_stage(task, GNP_STAGE_PREPARE, 0);
 	gnp_status status = prepare_estimator(&work, pool, task, error);

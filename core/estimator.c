@@ -2,6 +2,7 @@
 
 #include "adaptive.h"
 #include "gmls.h"
+#include "learned.h"
 #include "taylor.h"
 
 static struct gnp_basis as_wanted(struct gnp_basis wanted)
@@ -16,8 +17,12 @@ static struct gnp_basis taylor(struct gnp_basis wanted)
 }
 
 static const struct gnp_estimator table[GNP_ESTIMATOR_KINDS] = {
-	[GNP_ESTIMATOR_GMLS] = {.name = "gmls", .delta0_ratio = 0.1, .basis = as_wanted, .fit = gnp_gmls_fit},
-	[GNP_ESTIMATOR_ADAPTIVE] = {.name = "adaptive", .errors = true, .delta0_ratio = 0.1, .basis = taylor,
+	[GNP_ESTIMATOR_GNP] = {.name = "gnp", .learned = true, .basis = taylor, .prepare = gnp_learned_prepare,
+	                       .release = gnp_learned_release, .model = gnp_learned_model, .rule = gnp_learned_rule,
+	                       .reach = gnp_learned_reach, .served = gnp_learned_served, .outliers = gnp_learned_outliers,
+	                       .normals = gnp_learned_normals, .fit = gnp_learned_fit},
+	[GNP_ESTIMATOR_GMLS] = {.name = "gmls", .basis = as_wanted, .fit = gnp_gmls_fit},
+	[GNP_ESTIMATOR_ADAPTIVE] = {.name = "adaptive", .errors = true, .basis = taylor,
 	                            .prepare = gnp_adaptive_prepare, .release = gnp_adaptive_release,
 	                            .reach = gnp_adaptive_reach, .served = gnp_adaptive_served,
 	                            .outliers = gnp_adaptive_outliers, .normals = gnp_adaptive_normals, .fit = gnp_adaptive_fit},

@@ -14,7 +14,7 @@
 #include "status.h"
 #include "surface.h"
 
-enum gnp_estimator_kind { GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE, GNP_ESTIMATOR_KINDS };
+enum gnp_estimator_kind { GNP_ESTIMATOR_GNP, GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE, GNP_ESTIMATOR_KINDS };
 enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 
 struct gnp_model;
@@ -26,6 +26,14 @@ struct gnp_fit_options {
 	const struct gnp_model *model;   /* the network; NULL: the one of models that suits the cloud */
 	const struct gnp_models *models; /* may be NULL: none */
 	enum gnp_weight_kind weight; /* of a point at r = |(u, v)| in [0, 1]: (1 - r)^4, 1, or 1.2 - r */
+};
+
+/* How the patches of an estimator are made. */
+struct gnp_patch_rule {
+	size_t k;                                  /* neighbours that set epsilon = 1.1 r_k */
+	double buffer;                             /* points out to buffer * epsilon, >= 1 */
+	double delta0_ratio, delta0, height_scale; /* as in struct gnp_patch_source */
+	struct gnp_basis basis;                    /* of the fitted surfaces */
 };
 
 /* A whole cloud in curve order, borrowed. */
@@ -53,8 +61,8 @@ typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const vo
 struct gnp_estimator {
 	const char *name;
 	bool errors;         /* gives standard errors */
-	double delta0_ratio; /* smallest height scale of its patches, in units of epsilon */
-	/* The basis of its surfaces, given the options'. */
+	bool learned;        /* runs a model, which brings its own k */
+	/* The basis of its surfaces, or the largest it may take, given the options'. */
 	struct gnp_basis (*basis)(struct gnp_basis wanted);
 	/* Looks at the whole cloud once; *state is freed by release. Both may be NULL. */
 	gnp_status (*prepare)(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
@@ -62,7 +70,9 @@ struct gnp_estimator {
 	void (*release)(void *state);
 	/* The model it uses; NULL: it uses none. */
 	const struct gnp_model *(*model)(const void *state);
-	/* How many nearest points the fit at a point wants to see; NULL: the patch alone. */
+	/* What its patches differ in from those of the rule given, which is the options'; NULL: in nothing. */
+	void (*rule)(const void *state, struct gnp_patch_rule *rule);
+	/* How many nearest points the fit at a point wants to see; NULL, or 0: the patch with its buffer. */
 	size_t (*reach)(const void *state, uint32_t point);
 	/* How many points about this one a patch may serve as well as one of their own would, at most
 	 * GNP_SERVED_MAX; NULL: 1. */

@@ -131,7 +131,9 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 	orient_frame(source, patch);
 	project(source, patch);
 	patch->scale_xy = largest_radius(patch);
-	patch->scale_w = fmax(2 * sqrt(fmax(variance[2], 0)), source->delta0_ratio * patch->epsilon);
+	double deviations = source->height_scale > 0 ? source->height_scale : 2;
+	double smallest = source->delta0 > 0 ? source->delta0 : source->delta0_ratio * patch->epsilon;
+	patch->scale_w = fmax(deviations * sqrt(fmax(variance[2], 0)), smallest);
 	scale(patch);
 	return GNP_OK;
 }

@@ -2,7 +2,7 @@
  *
  * The patch of centre x is all points within epsilon = 1.1 r_k; a longer row of neighbours adds a buffer beyond it. Origin: the mean of the patch (not of the buffer). psi1, psi2, psi3: its principal axes,
  * psi3 on the side of the mean given normal, psi1 x psi2 = psi3. (u, v) are divided by the largest in-plane distance of a
- * patch point from the origin, heights w by max(2 std, delta0_ratio * epsilon). */
+ * patch point from the origin, heights w by max(2 std, delta0_ratio * epsilon) or as the source says. */
 #ifndef GNP_CORE_PATCH_H
 #define GNP_CORE_PATCH_H
 
@@ -31,8 +31,10 @@ struct gnp_patch_source {
 	const double *points;  /* (n, 3) */
 	const double *normals; /* (n, 3) unit */
 	size_t k;              /* neighbours, the centre included, that set epsilon */
-	double delta0_ratio;   /* > 0 */
+	double delta0_ratio;   /* > 0, or */
 	bool one_sheet;        /* origin, frame and height scale are those of the points that face as the centre does */
+	double delta0;         /* the smallest height scale as a length; 0: delta0_ratio tells it */
+	double height_scale;   /* heights are divided by this many standard deviations of them; 0: 2 */
 };
 
 /* Whether two unit normals may be of one sheet of a surface: those of two sheets back to back are opposite. */

@@ -1,0 +1,270 @@
+#include "learned.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "memory.h"
+#include "models.h"
+#include "noise.h"
+#include "outliers.h"
+#include "pooled.h"
+#include "projection_fit.h"
+#include "sheets.h"
+
+/* Least share of outliers that is taken for more than chance, and least noise, in units of epsilon, that clean models are not for. */
+static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 2e-4;
+
+struct state {
+	const struct gnp_model *model;
+	size_t count;
+	unsigned char *outlier; /* (count) */
+	double *normals;        /* (count, 3) of the sheet each point belongs to */
+};
+
+static bool is_projection(const struct state *state)
+{
+	return state->model->architecture.head == GNP_HEAD_PROJECTION;
+}
+
+/* ---- Which model ---- */
+
+/* Projection heads before pooled ones, then the widest patches. */
+static bool suits_better(const struct gnp_model *model, const struct gnp_model *than)
+{
+	if (!than || model->architecture.head != than->architecture.head)
+		return !than || model->architecture.head == GNP_HEAD_PROJECTION;
+	return model->recipe.k > than->recipe.k;
+}
+
+static gnp_status choose_model(const struct gnp_models *models, const char *regime, const struct gnp_model **out,
+                               struct gnp_error *error)
+{
+	const struct gnp_model *best = NULL;
+	for (size_t i = 0; i < gnp_models_count(models); i++) {
+		const struct gnp_model *model = gnp_models_at(models, i);
+		if (strcmp(model->regime, regime) == 0 && suits_better(model, best))
+			best = model;
+	}
+	if (!best && gnp_models_count(models) == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "weights: none are loaded, the estimator gnp needs some (or take estimator gmls or adaptive)");
+	if (!best)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got auto, none of the %zu models is of the regime %s",
+		                     gnp_models_count(models), regime);
+	*out = best;
+	return GNP_OK;
+}
+
+static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct state *state,
+                                struct gnp_error *error)
+{
+	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
+}
+
+/* Looks at the cloud; the outliers it finds stay found where they are many. */
+static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models, struct gnp_pool *pool,
+                                  struct gnp_task *task, struct state *state, struct gnp_error *error)
+{
+	double noise = 0;
+	size_t outliers = 0;
+	gnp_status status = find_outliers(cloud, pool, task, state, error);
+	if (status == GNP_OK)
+		status = gnp_noise_measure(cloud, state->outlier, pool, task, &noise, error);
+	if (status != GNP_OK)
+		return status;
+	for (size_t i = 0; i < cloud->count; i++)
+		outliers += state->outlier[i];
+	bool many = (double)outliers > OUTLIERS_MANY * (double)cloud->count;
+	return choose_model(models, noise > NOISE_MUCH ? "noise" : many ? "outlier" : "clean", &state->model, error);
+}
+
+/* ---- The estimator's hooks ---- */
+
+void gnp_learned_release(void *pointer)
+{
+	struct state *state = pointer;
+	if (!state)
+		return;
+	free(state->outlier);
+	free(state->normals);
+	free(state);
+}
+
+static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	state->count = cloud->count;
+	state->model = options->model;
+	state->outlier = gnp_array_zero(cloud->count, 1);
+	state->normals = gnp_array_new(cloud->count, 3 * sizeof *state->normals);
+	if (!state->outlier || !state->normals)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu points", cloud->count);
+	if (!state->model && gnp_models_count(options->models) == 0)
+		status = choose_model(options->models, "clean", &state->model, error);
+	else if (!state->model)
+		status = choose_by_cloud(cloud, options->models, pool, task, state, error);
+	else if (is_projection(state) && strcmp(state->model->regime, "outlier") == 0)
+		status = find_outliers(cloud, pool, task, state, error);
+	return status == GNP_OK ? gnp_sheets_settle(cloud, state->outlier, pool, task, state->normals, error) : status;
+}
+
+gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
+                               struct gnp_task *task, void **out, struct gnp_error *error)
+{
+	struct state *state = gnp_array_zero(1, sizeof *state);
+	if (!state)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory");
+	gnp_status status = prepare(state, cloud, options, pool, task, error);
+	if (status == GNP_OK)
+		*out = state;
+	else
+		gnp_learned_release(state);
+	return status;
+}
+
+const struct gnp_model *gnp_learned_model(const void *pointer)
+{
+	return ((const struct state *)pointer)->model;
+}
+
+void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
+{
+	const struct state *state = pointer;
+	const struct gnp_recipe *recipe = &state->model->recipe;
+	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, legendre = {GNP_BASIS_TENSOR, 3};
+	*rule = (struct gnp_patch_rule){recipe->k, recipe->buffer, recipe->delta0_ratio, recipe->delta0, recipe->height_scale,
+	                                is_projection(state) ? taylor : legendre};
+}
+
+size_t gnp_learned_reach(const void *pointer, uint32_t point)
+{
+	const struct state *state = pointer;
+	const struct gnp_architecture *a = &state->model->architecture;
+	(void)point;
+	if (!is_projection(state))
+		return 0;
+	size_t last = a->shell[a->shells - 1];
+	return last + last / 6 + 8; /* room for those that are not usable */
+}
+
+size_t gnp_learned_served(const void *pointer, uint32_t point)
+{
+	(void)pointer;
+	(void)point;
+	return 1;
+}
+
+const unsigned char *gnp_learned_outliers(const void *pointer)
+{
+	return ((const struct state *)pointer)->outlier;
+}
+
+const double *gnp_learned_normals(const void *pointer)
+{
+	return ((const struct state *)pointer)->normals;
+}
+
+/* ---- Fits ---- */
+
+static void set_surface(const struct gnp_patch *patch, struct gnp_basis basis, const double *coefficients, double scale_w,
+                        struct gnp_fit *fit)
+{
+	*fit = (struct gnp_fit){.surface = {.basis = basis, .coefficients = coefficients, .scale_xy = patch->scale_xy,
+	                                    .scale_w = scale_w}};
+	memcpy(fit->surface.origin, patch->origin, sizeof patch->origin);
+	memcpy(fit->surface.frame, patch->frame, sizeof patch->frame);
+}
+
+static size_t usable(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions)
+{
+	const struct state *state = context;
+	return gnp_sheets_usable(state->normals, state->outlier, patch, most, positions);
+}
+
+static gnp_status fit_projection(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
+                                 struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	const struct gnp_operator *network = state->model->network;
+	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
+	struct gnp_projected projected;
+	gnp_status status = gnp_projected_describe(&network->architecture, state->model->recipe.k, patches, count, usable, state, &projected,
+	                                           scratch, error);
+	if (status == GNP_OK)
+		status = gnp_projected_solve(network, false, &projected, scratch, error);
+	for (size_t p = 0; p < count && status == GNP_OK; p++) {
+		const struct gnp_projection_fit *fit = &projected.fits[p];
+		set_surface(&patches[p], taylor, fit->coefficients, patches[p].scale_xy, &fits[p]);
+		fits[p].residual = fit->weight > 0 ? sqrt(fit->misfit / fit->weight) * patches[p].scale_xy : 0;
+		fits[p].reduced = projected.sums[p].count[0] < network->architecture.shell[0];
+	}
+	return status;
+}
+
+static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct gnp_operator_batch *batch,
+                          struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start), *inner = gnp_scratch_take(scratch, count, sizeof *inner);
+	size_t rows = 0;
+	for (size_t p = 0; p < count; p++)
+		rows += patches[p].buffer_count;
+	float *nodes = gnp_scratch_take(scratch, rows, 3 * sizeof *nodes), *node = nodes;
+	if (!start || !inner || !nodes)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu nodes", rows);
+	start[0] = 0;
+	for (size_t p = 0; p < count; p++) {
+		const struct gnp_patch *patch = &patches[p];
+		start[p + 1] = start[p] + patch->buffer_count;
+		inner[p] = patch->count;
+		for (size_t i = 0; i < patch->buffer_count; i++, node += 3) {
+			node[0] = (float)patch->u[i];
+			node[1] = (float)patch->v[i];
+			node[2] = (float)patch->w[i];
+		}
+	}
+	*batch = (struct gnp_operator_batch){count, start, inner, nodes};
+	return GNP_OK;
+}
+
+static double misfit_of(const struct gnp_patch *patch, const struct gnp_surface *surface)
+{
+	double sum = 0;
+	for (size_t i = 0; i < patch->count; i++) {
+		double height = surface->scale_w * gnp_basis_jet(surface->basis, surface->coefficients, patch->u[i], patch->v[i]).f;
+		sum += (height - patch->w[i] * patch->scale_w) * (height - patch->w[i] * patch->scale_w);
+	}
+	return sqrt(sum / (double)patch->count);
+}
+
+static gnp_status fit_pooled(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
+                             struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	static const struct gnp_basis legendre = {GNP_BASIS_TENSOR, 3};
+	const struct gnp_operator *network = state->model->network;
+	size_t size = network->architecture.outputs;
+	double *coefficients = gnp_scratch_take(scratch, count * size, sizeof *coefficients);
+	float *outputs = gnp_scratch_take(scratch, count * size, sizeof *outputs);
+	struct gnp_operator_batch batch;
+	if (!coefficients || !outputs)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu patches", count);
+	gnp_status status = lay_out(patches, count, &batch, scratch, error);
+	if (status == GNP_OK)
+		status = gnp_pooled_forward(network, &batch, outputs, NULL, scratch, error);
+	for (size_t p = 0; p < count && status == GNP_OK; p++) {
+		for (size_t i = 0; i < size; i++)
+			coefficients[p * size + i] = (double)outputs[p * size + i];
+		set_surface(&patches[p], legendre, coefficients + p * size, patches[p].scale_w, &fits[p]);
+		fits[p].residual = misfit_of(&patches[p], &fits[p].surface);
+	}
+	return status;
+}
+
+gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *pointer, const struct gnp_patch *patches, size_t count,
+                           struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	const struct state *state = pointer;
+	(void)options;
+	return is_projection(state) ? fit_projection(state, patches, count, fits, scratch, error)
+	                            : fit_pooled(state, patches, count, fits, scratch, error);
+}
