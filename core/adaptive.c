@@ -177,7 +177,8 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;
 	size_t reach = POINTS_MAX < cloud->count ? POINTS_MAX : cloud->count;
-	const struct gnp_patch_source source = {cloud->points, work->state->normals, FRAMED < reach ? FRAMED : reach, 1e-9, true};
+	const struct gnp_patch_source source = {.points = cloud->points, .normals = work->state->normals,
+	                                        .k = FRAMED < reach ? FRAMED : reach, .delta0_ratio = 1e-9, .one_sheet = true};
 	struct gnp_neighborhoods found;
 	gnp_status status = gnp_neighborhoods_find(cloud->neighbors, work->state->cover.centre + begin, end - begin, reach, 1,
 	                                           reach, scratch, &found, error);

@@ -66,6 +66,7 @@ static const struct key keys[] = {
 	{"head_width", COUNT, ARCHITECTURE(head_width), EVERY, 1, UINT_MAX, NULL},
 	{"outputs", COUNT, ARCHITECTURE(outputs), EVERY, 1, UINT_MAX, NULL},
 	{"shells", SHELLS, 0, PROJECTION, 1, UINT_MAX, NULL},
+	{"ridge", NUMBER, ARCHITECTURE(ridge), PROJECTION, 1e-15, 1, NULL},
 	{"k", COUNT, RECIPE(k), EVERY, 12, 500, NULL},
 	{"buffer", NUMBER, RECIPE(buffer), EVERY, 1, 4, NULL},
 	{"height_scale", NUMBER, RECIPE(height_scale), EVERY, 0.01, 100, NULL},

@@ -20,7 +20,7 @@ struct work {
 static double unexplained(const struct gnp_patch *patch, const uint32_t *positions, size_t count)
 {
 	_Alignas(64) double rows[POINTS * STRIDE], gram[STRIDE * STRIDE], moment[STRIDE];
-	double u[POINTS], v[POINTS], w[POINTS], ones[POINTS], square = 0, explained = 0;
+	double u[POINTS] = {0}, v[POINTS] = {0}, w[POINTS] = {0}, ones[POINTS] = {0}, square = 0, explained = 0;
 	for (size_t i = 0; i < count; i++) {
 		u[i] = patch->u[positions[i]];
 		v[i] = patch->v[positions[i]];
@@ -45,7 +45,7 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 	size_t reach = REACH < cloud->count ? REACH : cloud->count;
 	const struct gnp_patch_source source = {.points = cloud->points, .normals = cloud->normals, .k = K < reach ? K : reach,
 	                                        .delta0_ratio = 1e-9};
-	double u[REACH], v[REACH], w[REACH];
+	double u[REACH] = {0}, v[REACH] = {0}, w[REACH] = {0};
 	for (size_t s = begin; s < end; s++) {
 		uint32_t centre = (uint32_t)(s * cloud->count / work->samples), positions[POINTS];
 		struct gnp_neighborhoods found;

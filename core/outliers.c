@@ -208,7 +208,8 @@ gnp_status gnp_outliers_find(const double *points, const double *normals, size_t
 	                                     &cover, error);
 	if (status != GNP_OK)
 		return status;
-	struct gnp_patch_source source = {points, normals, count < FRAMED ? count : FRAMED, 1e-9, true};
+	const struct gnp_patch_source source = {.points = points, .normals = normals, .k = count < FRAMED ? count : FRAMED,
+	                                        .delta0_ratio = 1e-9, .one_sheet = true};
 	struct work work = {.source = &source, .neighbors = neighbors, .cover = &cover, .outlier = outlier,
 	                    .fitted = count < POINTS ? count : POINTS, .judged = count < JUDGED ? count : JUDGED};
 	work.judgements = gnp_array_new(cover.count, work.judged * sizeof *work.judgements);

@@ -31,7 +31,7 @@ static const struct gnp_tensor_info outputs[] = {
 };
 
 /* In the order of the enumerations in estimate.h and estimator.h. */
-static const char *const estimators[] = {"gmls", "adaptive", NULL};
+static const char *const estimators[] = {"gnp", "gmls", "adaptive", NULL};
 static const char *const covers[] = {"cover", "all", NULL};
 static const char *const bases[] = {"tensor", "total", NULL};
 static const char *const weights[] = {"quartic", "flat", "linear", NULL};
@@ -39,7 +39,7 @@ static const char *const weights[] = {"quartic", "flat", "linear", NULL};
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
 	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gmls", 0, 0, estimators,
-	 "gmls: moving least squares; adaptive: robust, with standard errors, finds support and degree itself"},
+	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds support and degree itself"},
 	{"weights", GNP_PARAMETER_MODEL, offsetof(struct options, weights), automatic, 0, 0, NULL,
 	 "the model of estimators that use one; auto: the one that suits the cloud"},
 	{"cover", GNP_PARAMETER_CHOICE, FIELD(cover), "cover", 0, 0, covers,

@@ -111,7 +111,8 @@ static gnp_status build_one(const struct gnp_train_cloud *cloud, const struct gn
                             const struct gnp_neighborhoods *found, size_t p, uint32_t centre, double turn, double *uvw,
                             struct gnp_train_patches *out, struct gnp_error *error)
 {
-	const struct gnp_patch_source source = {cloud->prepared.points, cloud->prepared.normals, recipe->k, recipe->delta0_ratio, false};
+	const struct gnp_patch_source source = {.points = cloud->prepared.points, .normals = cloud->prepared.normals,
+	                                        .k = recipe->k, .delta0_ratio = recipe->delta0_ratio};
 	const double *distance = found->distance + found->start[p];
 	size_t length = found->start[p + 1] - found->start[p], nodes = 0;
 	struct gnp_patch *patch = &out->patches[p];
