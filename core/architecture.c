@@ -28,6 +28,12 @@ size_t gnp_projection_outputs(const struct gnp_architecture *architecture)
 	return (size_t)architecture->shells + 1 + GNP_TAYLOR_DEGREE;
 }
 
+size_t gnp_projection_reach(const struct gnp_architecture *architecture)
+{
+	size_t last = architecture->shell[architecture->shells - 1];
+	return last + last / 6 + 8;
+}
+
 static gnp_status check_shells(const struct gnp_architecture *a, struct gnp_error *error)
 {
 	for (unsigned i = 0; i < a->shells; i++) {

@@ -56,6 +56,8 @@ const struct gnp_parameter_row *gnp_layout_find(const struct gnp_layout *layout,
 /* How many numbers summarise a patch for the projection head, and how many it is told. */
 size_t gnp_projection_summary(const struct gnp_architecture *architecture);
 size_t gnp_projection_outputs(const struct gnp_architecture *architecture);
+/* How many nearest points its patches hold: those of the last shell, with room for some that are not to be used. */
+size_t gnp_projection_reach(const struct gnp_architecture *architecture);
 
 /* Names in metadata and on command lines. */
 const char *gnp_trunk_name(enum gnp_trunk_kind kind);

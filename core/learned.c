@@ -141,12 +141,8 @@ void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
 size_t gnp_learned_reach(const void *pointer, uint32_t point)
 {
 	const struct state *state = pointer;
-	const struct gnp_architecture *a = &state->model->architecture;
 	(void)point;
-	if (!is_projection(state))
-		return 0;
-	size_t last = a->shell[a->shells - 1];
-	return last + last / 6 + 8; /* room for those that are not usable */
+	return is_projection(state) ? gnp_projection_reach(&state->model->architecture) : 0;
 }
 
 size_t gnp_learned_served(const void *pointer, uint32_t point)
@@ -189,7 +185,7 @@ static gnp_status fit_projection(const struct state *state, const struct gnp_pat
 	const struct gnp_operator *network = state->model->network;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
 	struct gnp_projected projected;
-	gnp_status status = gnp_projected_describe(&network->architecture, state->model->recipe.k, patches, count, usable, state, &projected,
+	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected,
 	                                           scratch, error);
 	if (status == GNP_OK)
 		status = gnp_projected_solve(network, false, &projected, scratch, error);

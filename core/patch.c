@@ -116,7 +116,7 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 {
 	size_t start = neighborhoods->start[row], length = neighborhoods->start[row + 1] - start;
 	const double *distance = neighborhoods->distance + start;
-	*patch = (struct gnp_patch){.centre = centre, .buffer_count = length, .index = neighborhoods->index + start,
+	*patch = (struct gnp_patch){.centre = centre, .k = source->k, .buffer_count = length, .index = neighborhoods->index + start,
 	                            .u = u, .v = v, .w = w, .epsilon = GNP_PATCH_TAU * distance[source->k - 1]};
 	while (patch->count < length && distance[patch->count] <= patch->epsilon)
 		patch->count++;

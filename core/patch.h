@@ -17,6 +17,7 @@
 
 struct gnp_patch {
 	uint32_t centre;       /* index of the point it was built round */
+	size_t k;              /* neighbours that set epsilon */
 	size_t count;          /* points within epsilon: the first `count` of the arrays */
 	size_t buffer_count;   /* points of the whole row */
 	const uint32_t *index; /* (buffer_count) ascending by distance from the centre */

@@ -79,7 +79,7 @@ static void solve_first(const double *gram, const double *moment, double square,
 	memcpy(first->factor, gram, sizeof first->factor);
 	for (size_t i = 0; i < SIZE; i++) {
 		double power = first->power[order[i]] * first->power[order[i]];
-		first->factor[i * STRIDE + i] += power * (order[i] < 3 ? 1e-9 : ridge * (double)(count + 1) * factor[i]);
+		first->factor[i * STRIDE + i] += power * (order[i] < 3 ? 1e-12 : ridge * (double)(count + 1) * factor[i]);
 	}
 	memset(first->mean, 0, sizeof first->mean);
 	first->misfit = square / (double)(count + 1);
@@ -212,6 +212,17 @@ bool gnp_projection_solve(const struct gnp_projection *sums, const float *output
 	gnp_cholesky_backward(fit->factor, SIZE, STRIDE, fit->coefficients, fit->coefficients);
 	fit->misfit = fmax(square - explained, 1e-15 * square);
 	return true;
+}
+
+void gnp_projection_begin(const struct gnp_architecture *architecture, double spread, float *outputs)
+{
+	double last = architecture->shell[architecture->shells - 1];
+	for (int j = 0; j < ORDERS; j++) {
+		double ridge = j < 3 ? 1e-12 : architecture->ridge * last;
+		outputs[j] = (float)((log(ridge) + j * log(spread)) / RIDGE_SLOPE);
+	}
+	for (unsigned l = 0; l < architecture->shells; l++)
+		outputs[ORDERS + l] = l ? 0 : -1;
 }
 
 /* a^T G b of the symmetric matrix whose upper triangle is given. */

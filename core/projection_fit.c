@@ -27,7 +27,7 @@ static gnp_status lay_out(const struct gnp_architecture *architecture, size_t co
 	return GNP_OK;
 }
 
-gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, size_t k, const struct gnp_patch *patches, size_t count,
+gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches, size_t count,
                                   gnp_usable_fn usable, const void *context, struct gnp_projected *out, struct gnp_scratch *scratch,
                                   struct gnp_error *error)
 {
@@ -43,7 +43,7 @@ gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, s
 	for (size_t p = 0; p < count; p++) {
 		size_t points = usable(context, &patches[p], most, positions);
 		gnp_projection_gather(architecture, &patches[p], positions, points, &work, &out->sums[p]);
-		gnp_projection_describe(architecture, k, &out->sums[p], &work, out->summary + p * summary,
+		gnp_projection_describe(architecture, patches[p].k, &out->sums[p], &work, out->summary + p * summary,
 		                        out->nodes + p * GNP_PROJECTION_NODES * architecture->features);
 	}
 	gnp_scratch_release(scratch, mark);

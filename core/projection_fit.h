@@ -20,8 +20,8 @@ struct gnp_projected {
 /* Which points of a patch count: positions (at most `most`) out, ascending by distance; their number is returned. */
 typedef size_t (*gnp_usable_fn)(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions);
 
-/* k: the neighbours that set the patches. Sets sums, summary, nodes, batch. GNP_OUT_OF_MEMORY. */
-gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, size_t k, const struct gnp_patch *patches, size_t count,
+/* Sets sums, summary, nodes, batch. GNP_OUT_OF_MEMORY. */
+gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches, size_t count,
                                   gnp_usable_fn usable, const void *context, struct gnp_projected *out, struct gnp_scratch *scratch,
                                   struct gnp_error *error);
 

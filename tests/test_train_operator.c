@@ -24,7 +24,7 @@ static void set_up(void)
 	scratch = gnp_scratch_create();
 	bool good = mkdtemp(folder) && gnp_pool_create(1, &pool, NULL) == GNP_OK &&
 	            gnp_train_shape_load(folder, &key, pool, NULL, &shape, NULL) == GNP_OK &&
-	            gnp_train_cloud_enter_take(&shape, GNP_REGIME_NOISE_70, 7, pool, &cloud, NULL) == GNP_OK &&
+	            gnp_train_cloud_enter_take(&shape, GNP_REGIME_NOISE_70, 1e-3, 7, pool, &cloud, NULL) == GNP_OK &&
 	            gnp_train_patches_draw(&cloud, &recipe, PATCHES, &random, scratch, &patches, NULL) == GNP_OK;
 	snprintf(command, sizeof command, "rm -r %s", folder);
 	if (!good || system(command) != 0)

@@ -34,6 +34,8 @@ static const struct gnp_option options[] = {
 	{"delta0-ratio", 0, "X", "smallest height scale in units of that radius (0.13 at k = 30, 0.1, under noise 0.5)"},
 	{"patch", 0, "LIST", "loss over a patch: NAME=FACTOR with commas between, and floor, focus, most"},
 	{"centre", 0, "LIST", "loss at its centre, the same way"},
+	{"cell", 0, "LIST", "loss of a micro-batch's centres together, the same way, by its logarithm"},
+	{"near", 0, "LIST", "and of points near them"},
 	{"rate", 0, "X", "the largest rate (1e-3)"},
 	{"last-rate", 0, "X", "what is left of it in the end, as a share (1e-3)"},
 	{"warm", 0, "N", "steps the rate takes to rise (200)"},
@@ -42,6 +44,8 @@ static const struct gnp_option options[] = {
 	{"micro", 0, "N", "patches a worker takes at a time (8)"},
 	{"shapes", 0, "N", "shapes to train on (320)"},
 	{"points", 0, "N", "points a shape (100000)"},
+	{"least-noise", 0, "X", "with --most-noise: every other visit has noise between them (1e-4 and 4e-3; without the regime's noise 1e-9, 1e-6)"},
+	{"most-noise", 0, "X", "0: all have the regime's"},
 	{"window", 0, "N", "clouds at hand (16)"},
 	{"visit", 0, "N", "steps before one of them is replaced (32)"},
 	{"seed", 0, "N", "of parameters, noise and patches (1)"},
@@ -95,24 +99,44 @@ static gnp_status parse_names(const struct gnp_arguments *arguments, struct plan
 	return GNP_OK;
 }
 
+/* The projection is judged as the table judges: by the root mean squares of many patches' centres, and a third as much of points
+ * near them, that a patch serves. */
+static void set_cells(struct gnp_loss_options *loss)
+{
+	double *cell = loss->cell.lambda, *near = loss->near.lambda;
+	memset(loss->patch.lambda, 0, sizeof loss->patch.lambda);
+	memset(loss->centre.lambda, 0, sizeof loss->centre.lambda);
+	cell[GNP_LOSS_NORMAL] = cell[GNP_LOSS_INVERSE_METRIC] = 0.2;
+	cell[GNP_LOSS_SECOND_FORM] = cell[GNP_LOSS_GAUSSIAN] = cell[GNP_LOSS_MEAN] = 0.5;
+	for (int t = 0; t < GNP_LOSS_TERMS; t++)
+		near[t] = cell[t] / 3;
+}
+
 /* What depends on the names. */
 static void set_defaults(struct plan *plan)
 {
-	static const unsigned shells[GNP_REGIMES][4] = {{30, 48, 72, 100}, {36, 50, 80, 120}, {50, 80, 120, 170}, {70, 120, 190, 280}};
+	static const unsigned shells[GNP_REGIMES][5] = {
+		{36, 44, 56, 80, 120}, {36, 44, 56, 80, 120}, {36, 48, 64, 96, 144}, {90, 180, 360, 720, 1440}};
 	enum gnp_regime regime = plan->run.train.data.regime;
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	struct gnp_architecture *a = &plan->architecture;
-	a->features = 3;
-	a->width = a->neurons = 64;
+	bool projection = a->head == GNP_HEAD_PROJECTION;
+	a->features = projection ? 4 : 3;
+	a->width = a->neurons = projection ? 32 : 64;
 	a->channels = 4;
 	a->layers = 2;
 	a->quadrature = 32;
-	a->head_width = 128;
+	a->head_width = projection ? 64 : 128;
 	a->outputs = 16;
-	if (a->head == GNP_HEAD_PROJECTION) {
-		a->shells = 4;
+	if (projection) {
+		a->ridge = info->noise > 0 ? 2e-5 : 1e-12;
+		a->shells = 5;
 		memcpy(a->shell, shells[regime], sizeof shells[regime]);
 	}
+	if (projection)
+		set_cells(&plan->run.train.loss);
+	plan->run.train.data.least_noise = !projection ? 0 : info->noise > 0 ? 1e-4 : 1e-9;
+	plan->run.train.data.most_noise = !projection ? 0 : info->noise > 0 ? 4e-3 : 1e-6;
 	double delta0 = info->noise > 0 ? 0.5 : info->k == 30 ? 0.13 : 0.1;
 	plan->run.train.recipe = (struct gnp_train_recipe){.k = (size_t)info->k, .delta0_ratio = delta0, .buffer = 1.25};
 	snprintf(plan->folder, sizeof plan->folder, "build-training/%s-%s", info->name, gnp_head_name(a->head));
@@ -195,6 +219,8 @@ static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct pl
 	} rows[] = {{"minutes", 0.01, 1e6, &minutes},
 	            {"buffer", 1, 4, &train->recipe.buffer},
 	            {"delta0-ratio", 1e-6, 100, &train->recipe.delta0_ratio},
+	            {"least-noise", 0, 1, &train->data.least_noise},
+	            {"most-noise", 0, 1, &train->data.most_noise},
 	            {"rate", 0, 1e3, &train->rate},
 	            {"last-rate", 0, 1, &train->last},
 	            {"clip", 1e-9, 1e9, &train->clip},
@@ -204,6 +230,8 @@ static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct pl
 		if (status != GNP_OK)
 			return status;
 	}
+	if (!(train->data.most_noise > 0))
+		train->data.least_noise = 0;
 	train->seconds = 60 * minutes;
 	plan->run.watch_seconds = 60 * watch;
 	return GNP_OK;
@@ -211,10 +239,15 @@ static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct pl
 
 static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_loss_options *loss, struct gnp_error *error)
 {
-	const char *patch = gnp_arguments_get(arguments, "patch", NULL), *centre = gnp_arguments_get(arguments, "centre", NULL);
-	gnp_status status = patch ? gnp_loss_rule_parse(patch, "--patch", &loss->patch, error) : GNP_OK;
-	if (status == GNP_OK && centre)
-		status = gnp_loss_rule_parse(centre, "--centre", &loss->centre, error);
+	struct {
+		const char *name, *what;
+		struct gnp_loss_rule *rule;
+	} rows[] = {{"patch", "--patch", &loss->patch}, {"centre", "--centre", &loss->centre}, {"cell", "--cell", &loss->cell}, {"near", "--near", &loss->near}};
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; i < sizeof rows / sizeof *rows && status == GNP_OK; i++) {
+		const char *text = gnp_arguments_get(arguments, rows[i].name, NULL);
+		status = text ? gnp_loss_rule_parse(text, rows[i].what, rows[i].rule, error) : GNP_OK;
+	}
 	return status;
 }
 
@@ -239,7 +272,7 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	if (status == GNP_OK)
 		status = parse_loss(arguments, &plan->run.train.loss, error);
 	if (plan->architecture.shells)
-		plan->run.train.recipe.reach = plan->architecture.shell[plan->architecture.shells - 1];
+		plan->run.train.recipe.reach = gnp_projection_reach(&plan->architecture);
 	plan->run.train.data.folder = gnp_arguments_get(arguments, "cache", "build-training/shapes");
 	plan->run.folder = gnp_arguments_get(arguments, "checkpoint", plan->folder);
 	plan->run.resume = gnp_arguments_has(arguments, "resume");

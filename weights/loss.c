@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-static const double TINY = 1e-8; /* of a denominator: the truth may be flat */
+static const double TINY = 1e-8; /* of a denominator, the truth may be flat; and what an error counts as at least */
 
 const char *gnp_loss_name(enum gnp_loss_term term)
 {
@@ -18,7 +18,8 @@ const char *gnp_loss_name(enum gnp_loss_term term)
 
 struct gnp_loss_options gnp_loss_defaults(void)
 {
-	struct gnp_loss_options options = {.patch = {.most = 5}, .centre = {.floor = 1, .most = 5}};
+	struct gnp_loss_options options = {.patch = {.most = 5}, .centre = {.floor = 1, .most = 5},
+	                                   .cell = {.most = HUGE_VAL}, .near = {.most = HUGE_VAL}};
 	options.patch.lambda[GNP_LOSS_HEIGHT] = 1;
 	options.patch.lambda[GNP_LOSS_NORMAL] = 0.5;
 	options.patch.lambda[GNP_LOSS_INVERSE_METRIC] = 0.5;
@@ -204,6 +205,26 @@ static double judge(const struct gnp_loss_rule *rule, const struct gnp_loss_scal
 		values[t] = graded[t].value;
 		loss += rule->lambda[t] * graded[t].value;
 	}
+	return loss;
+}
+
+double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *const *truth,
+                     const struct gnp_jet *jets, size_t count, struct gnp_jet *gradient)
+{
+	struct gnp_loss_sums sums = {{0}, {0}};
+	struct graded graded[GNP_LOSS_TERMS];
+	double w = 1 / (double)count, loss = 0;
+	memset(gradient, 0, count * sizeof *gradient);
+	for (size_t i = 0; i < count; i++)
+		gnp_loss_add(&sums, w, &jets[i], &truth[i]->jet);
+	grade_all(rule, scale, &sums, graded);
+	for (int t = 0; t < GNP_LOSS_TERMS; t++) {
+		double value = graded[t].value + (t == GNP_LOSS_NORMAL ? TINY * TINY : TINY);
+		loss += rule->lambda[t] * log(value);
+		graded[t].factor /= value;
+	}
+	for (size_t i = 0; i < count; i++)
+		add_gradient(graded, w, &jets[i], &truth[i]->jet, &gradient[i]);
 	return loss;
 }
 

@@ -42,6 +42,9 @@ struct gnp_loss_rule {
 
 struct gnp_loss_options {
 	struct gnp_loss_rule patch, centre;
+	/* Of the centres of a micro-batch together, and of as many points near them, one a patch: sums of the logarithms of the terms, so
+	 * that a smooth shape and a rough one count alike. */
+	struct gnp_loss_rule cell, near;
 };
 
 /* The paper's loss over the patch with every lambda 0.5, and |H - H*| / (|H*| + typical) at the centre, terms up to 5. */
@@ -64,6 +67,10 @@ struct gnp_loss_sums {
 	double error[GNP_LOSS_TERMS], size[GNP_LOSS_TERMS];
 };
 void gnp_loss_add(struct gnp_loss_sums *sums, double weight, const struct gnp_jet *jet, const struct gnp_jet *truth);
+
+/* sum lambda log(term) over count points together, of as many patches of one cloud; gradient (count) is set. count >= 1. */
+double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *const *truth,
+                     const struct gnp_jet *jets, size_t count, struct gnp_jet *gradient);
 
 /* The loss of one patch: jets (count) the fit's at the places of truth (count), in length units, the first its centre;
  * count >= 1. gradient (count): d loss / d jet, or NULL. terms may be NULL. */

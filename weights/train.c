@@ -78,6 +78,65 @@ static gnp_status judge_patch(const struct gnp_train *train, const struct gnp_tr
 	return GNP_OK;
 }
 
+/* Whether a rule asks for anything. */
+static bool rules(const struct gnp_loss_rule *rule)
+{
+	double sum = 0;
+	for (int t = 0; t < GNP_LOSS_TERMS; t++)
+		sum += rule->lambda[t];
+	return sum > 0;
+}
+
+/* The loss of one point of every patch together, of its centre or of one of the `spread` nearest, and its gradients. */
+static gnp_status judge_cell(const struct gnp_train *train, const struct gnp_loss_rule *rule, size_t spread,
+                             const struct gnp_train_patches *patches, const double *coefficients, double *dcoefficients,
+                             struct share *share, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	struct gnp_basis basis = train->network->basis;
+	size_t size = gnp_basis_size(basis), points = 0, *whose = gnp_scratch_take(scratch, patches->count, sizeof *whose);
+	struct gnp_jet *jets = gnp_scratch_take(scratch, patches->count, 2 * sizeof *jets), *gradient = jets + patches->count;
+	const struct gnp_truth **truth = gnp_scratch_take(scratch, patches->count, sizeof *truth);
+	double *rows = gnp_scratch_take(scratch, patches->count, 6 * GNP_BASIS_MAX * sizeof *rows);
+	double part = (double)patches->count / (double)train->options.batch;
+	if (!whose || !jets || !truth || !rows)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", patches->count);
+	for (size_t p = 0; p < patches->count; p++) {
+		size_t from = patches->truth_start[p], count = patches->truth_start[p + 1] - from;
+		if (count == 0)
+			continue;
+		const struct gnp_truth *at = &patches->truth[from + (spread ? (5 * p + 3) % (spread < count ? spread : count) : 0)];
+		jets[points] = gnp_train_fit_jet(basis, coefficients + p * size, &patches->patches[p], at->u, at->v,
+		                                 rows + 6 * GNP_BASIS_MAX * points);
+		truth[points] = at;
+		whose[points++] = p;
+	}
+	if (points == 0)
+		return GNP_OK;
+	struct gnp_loss_scale scale = gnp_loss_scale_of(patches->cloud, &patches->patches[0]);
+	share->loss += part * gnp_loss_cell(rule, &scale, truth, jets, points, gradient);
+	for (size_t i = 0; i < points; i++) {
+		struct gnp_jet *g = &gradient[i];
+		*g = (struct gnp_jet){part * g->f, part * g->u, part * g->v, part * g->uu, part * g->uv, part * g->vv};
+		gnp_train_fit_back(basis, rows + 6 * GNP_BASIS_MAX * i, g, dcoefficients + whose[i] * size);
+	}
+	return GNP_OK;
+}
+
+static gnp_status judge_cells(const struct gnp_train *train, const struct gnp_train_patches *patches, const double *coefficients,
+                              double *dcoefficients, struct share *share, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	const struct gnp_loss_options *loss = &train->options.loss;
+	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+	gnp_status status = GNP_OK;
+	if (rules(&loss->cell))
+		status = judge_cell(train, &loss->cell, 0, patches, coefficients, dcoefficients, share, scratch, error);
+	if (status == GNP_OK && rules(&loss->near))
+		status = judge_cell(train, &loss->near, train->options.recipe.k / 3, patches, coefficients, dcoefficients, share, scratch,
+		                    error);
+	gnp_scratch_release(scratch, mark);
+	return status;
+}
+
 static gnp_status draw_patches(struct gnp_train *train, size_t micro, struct gnp_scratch *scratch,
                                struct gnp_train_patches *patches, struct gnp_error *error)
 {
@@ -110,6 +169,8 @@ static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_sc
 	status = network->forward(network->state, &patches, coefficients, &tape, scratch, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
 		status = judge_patch(train, &patches, p, coefficients + p * size, dcoefficients + p * size, share, scratch, error);
+	if (status == GNP_OK)
+		status = judge_cells(train, &patches, coefficients, dcoefficients, share, scratch, error);
 	if (status == GNP_OK && network->operations)
 		share->operations = network->operations(network->state, &patches);
 	return status == GNP_OK ? network->backward(network->state, &patches, tape, dcoefficients, gradient, scratch, error) : status;

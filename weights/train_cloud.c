@@ -35,12 +35,12 @@ static void measure(struct gnp_train_cloud *cloud)
 }
 
 /* points, normals: (count, 3) room for the displaced points and the exact normals. */
-static gnp_status displace_and_prepare(struct gnp_train_cloud *cloud, enum gnp_regime regime, uint64_t noise_seed,
+static gnp_status displace_and_prepare(struct gnp_train_cloud *cloud, enum gnp_regime regime, double noise, uint64_t noise_seed,
                                        double *points, double *normals, struct gnp_pool *pool, struct gnp_error *error)
 {
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	size_t n = cloud->shape.count;
-	const struct gnp_sample_options options = {.count = n, .seed = noise_seed, .noise = info->noise,
+	const struct gnp_sample_options options = {.count = n, .seed = noise_seed, .noise = noise,
 	                                           .outlier_fraction = info->outlier_fraction, .outlier_noise = info->outlier_noise};
 	struct gnp_sample sample = {.count = n, .points = points, .exact = cloud->shape.exact, .outlier = cloud->outlier};
 	gnp_status status = gnp_sample_displace(&options, &sample, error);
@@ -52,7 +52,7 @@ static gnp_status displace_and_prepare(struct gnp_train_cloud *cloud, enum gnp_r
 	return gnp_prepare(&whole, pool, NULL, &cloud->prepared, error);
 }
 
-gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_regime regime, uint64_t noise_seed,
+gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_regime regime, double noise, uint64_t noise_seed,
                                       struct gnp_pool *pool, struct gnp_train_cloud *out, struct gnp_error *error)
 {
 	struct gnp_train_cloud cloud = {.shape = *shape};
@@ -64,7 +64,7 @@ gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_re
 	if (!points || !normals || !cloud.outlier)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "training cloud: no memory for %zu points", n);
 	if (status == GNP_OK)
-		status = displace_and_prepare(&cloud, regime, noise_seed, points, normals, pool, error);
+		status = displace_and_prepare(&cloud, regime, noise, noise_seed, points, normals, pool, error);
 	free(points);
 	free(normals);
 	if (status == GNP_OK) {
@@ -129,6 +129,9 @@ gnp_status gnp_train_data_visit(const struct gnp_train_data *data, uint64_t visi
 	free(order);
 	gnp_random_seed(&random, data->seed, STREAM_NOISE | visit);
 	out->noise_seed = gnp_random_below(&random, GNP_SEED_WATCH);
+	out->noise = gnp_regime_info(data->regime)->noise;
+	if (data->least_noise > 0 && visit % 2)
+		out->noise = data->least_noise * pow(data->most_noise / data->least_noise, gnp_random_uniform(&random));
 	gnp_status status = gnp_seed_check_training(out->key.seed, error);
 	return status == GNP_OK ? gnp_seed_check_training(out->noise_seed, error) : status;
 }
@@ -138,7 +141,7 @@ static gnp_status enter(const struct gnp_train_data *data, const struct gnp_trai
 {
 	struct gnp_train_shape shape;
 	gnp_status status = gnp_train_shape_load(data->folder, &visit->key, pool, NULL, &shape, error);
-	return status == GNP_OK ? gnp_train_cloud_enter_take(&shape, data->regime, visit->noise_seed, pool, out, error) : status;
+	return status == GNP_OK ? gnp_train_cloud_enter_take(&shape, data->regime, visit->noise, visit->noise_seed, pool, out, error) : status;
 }
 
 gnp_status gnp_train_data_watch(const struct gnp_train_data *data, size_t i, struct gnp_pool *pool, struct gnp_train_cloud *out,
@@ -146,6 +149,7 @@ gnp_status gnp_train_data_watch(const struct gnp_train_data *data, size_t i, str
 {
 	struct gnp_train_visit visit = {.key = watch_key(data, i)};
 	visit.noise_seed = visit.key.seed;
+	visit.noise = gnp_regime_info(data->regime)->noise;
 	if (!gnp_seed_is_watch(visit.key.seed))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "watched shape: got number %zu, need less than 2^51", i);
 	return enter(data, &visit, pool, out, error);

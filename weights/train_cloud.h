@@ -18,8 +18,9 @@ struct gnp_train_cloud {
 	double typical_form, typical_gaussian, typical_mean;
 };
 
-/* Displaces the shape as the regime does, with noise of this seed, and prepares it. Takes the shape, in any case. */
-gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_regime regime, uint64_t noise_seed,
+/* Displaces the shape as the regime does, but with noise of this standard deviation and seed, and prepares it. Takes the shape, in
+ * any case. */
+gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_regime regime, double noise, uint64_t noise_seed,
                                       struct gnp_pool *pool, struct gnp_train_cloud *out, struct gnp_error *error);
 void gnp_train_cloud_clear(struct gnp_train_cloud *cloud);
 
@@ -28,6 +29,9 @@ struct gnp_train_data {
 	const char *folder; /* of the shapes' files */
 	size_t shapes, points;
 	enum gnp_regime regime;
+	/* Every other visit has noise of a standard deviation between these, drawn evenly in its logarithm, instead of the regime's, so
+	 * that a model meets more than the one level; 0: none has. */
+	double least_noise, most_noise;
 	uint64_t seed; /* of the order of visits and of their noise; shape i has the seed i and the degree of its turn */
 };
 
@@ -38,6 +42,7 @@ gnp_status gnp_train_data_ensure(const struct gnp_train_data *data, size_t watch
 /* The shape and the noise of a visit. */
 struct gnp_train_visit {
 	struct gnp_train_shape_key key;
+	double noise;
 	uint64_t noise_seed;
 };
 gnp_status gnp_train_data_visit(const struct gnp_train_data *data, uint64_t visit, struct gnp_train_visit *out,

@@ -1,6 +1,8 @@
 #include "train_head.h"
 
 #include "pooled.h"
+#include "taylor.h"
+#include "train_head_parts.h"
 
 /* ---- Pooled, the paper's: the tensor basis of degree 3 ---- */
 
@@ -46,6 +48,8 @@ static double pooled_operations(const struct gnp_operator *network, const struct
 }
 
 static const struct gnp_train_head heads[GNP_HEADS] = {
+	[GNP_HEAD_PROJECTION] = {{GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, gnp_train_projection_forward,
+	                         gnp_train_projection_backward, gnp_train_projection_operations, gnp_train_projection_calibrate},
 	[GNP_HEAD_POOLED] = {{GNP_BASIS_TENSOR, 3}, pooled_forward, pooled_backward, pooled_operations, NULL},
 };
 
