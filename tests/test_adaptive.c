@@ -118,7 +118,7 @@ static void check_all_finite(const struct gnp_estimate *e)
 /* --- accuracy --- */
 
 struct rivals {
-	double gaussian[2], mean[2]; /* relative errors of GMLS and adaptive */
+	double gaussian[GNP_ESTIMATOR_KINDS], mean[GNP_ESTIMATOR_KINDS]; /* relative errors of GMLS and adaptive */
 };
 
 static struct rivals compete(const char *name, const struct gnp_sample_options *options)
@@ -126,7 +126,7 @@ static struct rivals compete(const char *name, const struct gnp_sample_options *
 	double spacing;
 	struct gnp_sample sample = sample_of(name, *options, &spacing);
 	struct rivals rivals;
-	for (int estimator = 0; estimator < 2; estimator++) {
+	for (int estimator = GNP_ESTIMATOR_GMLS; estimator <= GNP_ESTIMATOR_ADAPTIVE; estimator++) {
 		struct gnp_estimate e = run_on(sample.points, sample.normals, sample.count, estimator, GNP_COVER_COVER, pool);
 		rivals.gaussian[estimator] = relative(e.values[GNP_GAUSSIAN_CURVATURE], sample.gaussian_curvature, sample.count);
 		rivals.mean[estimator] = relative(e.values[GNP_MEAN_CURVATURE], sample.mean_curvature, sample.count);

@@ -221,7 +221,7 @@ static void centres_and_truth_are_no_outliers(void)
 /* A patch that reaches further holds as many points, and has the same nodes. */
 static void reaching_further_adds_no_nodes(void)
 {
-	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 1e-3, 4);
+	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 4);
 	struct gnp_scratch *scratch = gnp_scratch_create();
 	struct gnp_train_recipe recipe = {.k = 30, .delta0_ratio = 0.1, .buffer = 1.25};
 	const uint32_t centres[2] = {17, 18};
@@ -241,7 +241,7 @@ static void reaching_further_adds_no_nodes(void)
 /* Turned patches hold the same points: rotations of each other, with frames to match. */
 static void turning_changes_nothing_but_the_frame(void)
 {
-	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 1e-3, 4);
+	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 4);
 	struct gnp_scratch *scratch = gnp_scratch_create();
 	const struct gnp_train_recipe recipe = {.k = 30, .delta0_ratio = 0.1, .buffer = 1};
 	const uint32_t centre = 17;
