@@ -1,5 +1,7 @@
 #include "blocks.h"
 
+#include <string.h>
+
 #include "linalg.h"
 
 void gnp_blocks_spread(const struct gnp_blocks *blocks, size_t rows, const float *y, float *spread)
@@ -8,6 +10,25 @@ void gnp_blocks_spread(const struct gnp_blocks *blocks, size_t rows, const float
 	for (size_t c = 0; c < blocks->channels; c++)
 		gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, rows, h * n, h, 1, y + c * h, width, blocks->weight + c * h * h * n, h * n, 0,
 		                spread + c * h * n, width * n);
+}
+
+void gnp_blocks_slice(const struct gnp_blocks *blocks, size_t step, float *sliced)
+{
+	size_t n = blocks->neurons, outputs = blocks->channels * blocks->side * blocks->side;
+	for (size_t p = 0; p < n; p += step) {
+		size_t count = n - p < step ? n - p : step;
+		for (size_t i = 0; i < outputs; i++)
+			memcpy(sliced + outputs * p + i * count, blocks->weight + i * n + p, count * sizeof *sliced);
+	}
+}
+
+void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice, size_t count, size_t rows, const float *y,
+                             float *spread)
+{
+	size_t h = blocks->side, width = blocks->channels * h;
+	for (size_t c = 0; c < blocks->channels; c++)
+		gnp_linalg_gemm(GNP_TRANSPOSED, GNP_TRANSPOSED, h * count, rows, h, 1, slice + c * h * h * count, h * count, y + c * h,
+		                width, 0, spread + c * h * count * rows, rows);
 }
 
 void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread, float *dy,

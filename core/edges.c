@@ -15,6 +15,20 @@ GNP_INLINE void fill(size_t targets, size_t n, const float *restrict a, const fl
 GNP_SIMD_DISPATCH(, gnp_edges_fill, fill, (size_t targets, size_t n, const float *a, const float *b, float *h),
                   (targets, n, a, b, h))
 
+GNP_INLINE void fill_slice(size_t targets, size_t sources, size_t n, size_t count, const float *restrict a, const float *restrict b,
+                           float *restrict h)
+{
+	for (size_t i = 0; i < targets; i++)
+		for (size_t p = 0; p < count; p++)
+			for (size_t j = 0; j < sources; j++) {
+				float sum = a[i * n + p] + b[p * sources + j];
+				h[(i * count + p) * sources + j] = sum > 0 ? sum : 0;
+			}
+}
+GNP_SIMD_DISPATCH(, gnp_edges_fill_slice, fill_slice,
+                  (size_t targets, size_t sources, size_t n, size_t count, const float *a, const float *b, float *h),
+                  (targets, sources, n, count, a, b, h))
+
 GNP_INLINE void fill_backward(size_t targets, size_t n, const float *restrict h, const float *restrict dh, float *restrict da,
                               float *restrict db)
 {

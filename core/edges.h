@@ -10,6 +10,9 @@ void gnp_edges_fill(size_t targets, size_t n, const float *a, const float *b, fl
 /* da (targets, n) and db (n) += dh where h > 0. */
 void gnp_edges_fill_backward(size_t targets, size_t n, const float *h, const float *dh, float *da, float *db);
 
+/* h (targets, count, sources) of `count` neurons of all sources: a (targets, n) from the first of them on, b (count, sources). */
+void gnp_edges_fill_slice(size_t targets, size_t sources, size_t n, size_t count, const float *a, const float *b, float *h);
+
 /* moments (targets, terms, n) = sum_j x_j[f] h_ij; x (sources, terms). */
 void gnp_edges_moments(size_t targets, size_t sources, size_t n, size_t terms, const float *a, const float *b, const float *x,
                        float *moments);

@@ -38,14 +38,18 @@ static float *take(const struct gnp_trunk_pass *pass, size_t rows, size_t column
 	return gnp_scratch_take(pass->scratch, count, sizeof(float));
 }
 
+static struct view patch_of(const struct gnp_trunk_tape *tape, size_t patch)
+{
+	size_t row = tape->first[patch];
+	return (struct view){.row = row, .targets = tape->first[patch + 1] - row, .sources = tape->sources[patch],
+		.x = tape->x + row * tape->terms};
+}
+
 static bool open_patch(const struct gnp_trunk_pass *pass, const struct kernel *kernel, size_t patch, struct view *view)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = kernel->blocks.neurons, features = tape->terms - 1;
-	view->row = tape->first[patch];
-	view->targets = tape->first[patch + 1] - view->row;
-	view->sources = tape->sources[patch];
-	view->x = tape->x + view->row * tape->terms;
+	*view = patch_of(tape, patch);
 	view->a = take(pass, view->targets, n);
 	view->b = take(pass, view->sources, n);
 	view->da = pass->gradient ? take(pass, view->targets, n) : NULL;
@@ -101,27 +105,52 @@ static void bias_part_backward(const struct gnp_trunk_pass *pass, const struct k
 			dy[j * width + i] += dysum[i];
 }
 
-/* The integrals of one patch: values are contracted with the kernel once a source, and then each source costs one product. */
-static bool patch_integral(const struct gnp_trunk_pass *pass, const struct kernel *kernel, size_t patch, const float *values,
-                           float *z)
+/* Neurons at a time in a forward pass: what they take of the values and of the hidden activations, 2 x 64 kB for 32 sources and
+ * a width of 64, fits the second cache. */
+enum { SLICE = 16 };
+
+/* a and b of one patch, b as (n, sources). */
+static bool open_sliced(const struct gnp_trunk_pass *pass, const struct kernel *kernel, size_t patch, struct view *view)
 {
-	size_t n = kernel->blocks.neurons, width = pass->network->architecture.width;
-	struct view view;
-	if (!open_patch(pass, kernel, patch, &view))
+	size_t n = kernel->blocks.neurons, terms = pass->tape->terms, features = terms - 1;
+	*view = patch_of(pass->tape, patch);
+	view->a = take(pass, view->targets, n);
+	view->b = take(pass, n, view->sources);
+	if (!view->a || !view->b)
 		return false;
-	float *y = take(pass, view.sources + 2, width), *spread = take(pass, view.sources * width, n), *h = take(pass, view.targets, n);
+	gnp_dense_forward(view->targets, features, n, view->x, terms, kernel->target, 2 * features, NULL, view->a);
+	for (size_t p = 0; p < n; p++)
+		for (size_t j = 0; j < view->sources; j++)
+			view->b[p * view->sources + j] = kernel->bias[p];
+	gnp_linalg_gemm(GNP_PLAIN, GNP_TRANSPOSED, n, view->sources, features, 1, kernel->source, 2 * features, view->x, terms, 1,
+	                view->b, view->sources);
+	return true;
+}
+
+/* The integrals of one patch: values are contracted with the kernel once a source, and all edges are one product then, both made
+ * and used up slice by slice. */
+static bool patch_integral(const struct gnp_trunk_pass *pass, const struct kernel *kernel, const float *sliced, size_t patch,
+                           const float *values, float *z)
+{
+	size_t n = kernel->blocks.neurons, side = kernel->blocks.side, width = pass->network->architecture.width;
+	struct view view;
+	if (!open_sliced(pass, kernel, patch, &view))
+		return false;
+	float *y = take(pass, view.sources + 2, width);
+	float *spread = take(pass, view.sources * width, SLICE), *h = take(pass, view.targets * view.sources, SLICE);
 	if (!y || !spread || !h)
 		return false;
 	float *ysum = y + view.sources * width, *zbias = ysum + width;
 	scaled(&view, values + view.row * width, width, y);
 	bias_part(kernel, view.sources, y, ysum, zbias);
-	gnp_blocks_spread(&kernel->blocks, view.sources, y, spread);
 	z += view.row * width;
 	for (size_t i = 0; i < view.targets; i++)
 		memcpy(z + i * width, zbias, width * sizeof *z);
-	for (size_t j = 0; j < view.sources; j++) {
-		gnp_edges_fill(view.targets, n, view.a, view.b + j * n, h);
-		gnp_dense_forward_add(view.targets, n, width, h, n, spread + j * width * n, n, z);
+	for (size_t p = 0; p < n; p += SLICE) {
+		size_t count = n - p < SLICE ? n - p : SLICE, edges = count * view.sources;
+		gnp_blocks_spread_slice(&kernel->blocks, sliced + width * side * p, count, view.sources, y, spread);
+		gnp_edges_fill_slice(view.targets, view.sources, n, count, view.a + p, view.b + p * view.sources, h);
+		gnp_dense_forward_add(view.targets, edges, width, h, edges, spread, edges, z);
 	}
 	return true;
 }
@@ -283,9 +312,13 @@ bool gnp_edge_integral(const struct gnp_trunk_pass *pass, unsigned layer)
 		return false;
 	if (layer == 0)
 		return first_integral(pass, &kernel, kept);
+	float *sliced = take(pass, pass->network->architecture.width * kernel.blocks.side, kernel.blocks.neurons);
+	if (!sliced)
+		return false;
+	gnp_blocks_slice(&kernel.blocks, SLICE, sliced);
 	for (size_t p = 0; p < tape->patches; p++) {
 		struct gnp_scratch_mark mark = gnp_scratch_mark(pass->scratch);
-		if (!patch_integral(pass, &kernel, p, tape->values[layer], kept->z))
+		if (!patch_integral(pass, &kernel, sliced, p, tape->values[layer], kept->z))
 			return false;
 		gnp_scratch_release(pass->scratch, mark);
 	}
