@@ -41,7 +41,7 @@ OPT      ?= -O3
 WARN     := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes
 SANFLAGS := $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -Icore -Iproto -Iserver -Iclients -Iweights -Itests $(OPT) -g $(WARN) -fno-math-errno \
-            -fno-trapping-math -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
+            -fno-trapping-math -ffp-contract=fast -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
 LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
 CORE   := $(wildcard core/*.c)

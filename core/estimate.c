@@ -292,7 +292,7 @@ static gnp_status make_cover(struct work *work, const struct gnp_estimate_option
 	const struct gnp_prepared *prepared = work->prepared;
 	if (work->choice->at)
 		return cover_chosen(prepared, work->choice, &work->cover, error);
-	struct gnp_cover_rule rule = {.fixed = work->rule.k / 3, .normals = work->sheets};
+	struct gnp_cover_rule rule = {.fixed = work->rule.served, .normals = work->sheets};
 	if (options->cover == GNP_COVER_ALL) {
 		if (!work->estimator->served)
 			return gnp_cover_all(prepared->count, &work->cover, error);
@@ -318,7 +318,7 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .model = options->model, .models = options->models},
 	                    .quantities = options->quantities & offered_quantities(estimator),
-	                    .rule = {.k = (size_t)options->k, .buffer = 1, .delta0_ratio = 0.1, .basis = basis_of(options)},
+	                    .rule = {.k = (size_t)options->k, .served = (size_t)options->k / 3, .buffer = 1, .delta0_ratio = 0.1, .basis = basis_of(options)},
 	                    .out = estimate};
 	gnp_task_stage(task, GNP_STAGE_PREPARE, 0);
 	gnp_status status = prepare_estimator(&work, pool, task, error);

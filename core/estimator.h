@@ -31,6 +31,7 @@ struct gnp_fit_options {
 /* How the patches of an estimator are made. */
 struct gnp_patch_rule {
 	size_t k;                                  /* neighbours that set epsilon = 1.1 r_k */
+	size_t served;                             /* points a patch serves at most where it serves several */
 	double buffer;                             /* points out to buffer * epsilon, >= 1 */
 	double delta0_ratio, delta0, height_scale; /* as in struct gnp_patch_source */
 	struct gnp_basis basis;                    /* of the fitted surfaces */

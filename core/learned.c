@@ -15,6 +15,8 @@
 /* Least share of outliers that is taken for more than chance, and least noise, in units of epsilon, that clean models are not for. */
 static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 2e-4;
 
+enum { POINTS_A_SERVED = 60 }; /* of a support, for each point its patch may serve as well as that point's own would */
+
 struct state {
 	const struct gnp_model *model;
 	size_t count;
@@ -129,13 +131,21 @@ const struct gnp_model *gnp_learned_model(const void *pointer)
 	return ((const struct state *)pointer)->model;
 }
 
+/* The support a fit hardly ever is narrower than: of the second shell. */
+static size_t support(const struct state *state)
+{
+	const struct gnp_architecture *a = &state->model->architecture;
+	return a->shell[a->shells > 1 ? 1 : 0];
+}
+
 void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
 {
 	const struct state *state = pointer;
 	const struct gnp_recipe *recipe = &state->model->recipe;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, legendre = {GNP_BASIS_TENSOR, 3};
-	*rule = (struct gnp_patch_rule){recipe->k, recipe->buffer, recipe->delta0_ratio, recipe->delta0, recipe->height_scale,
-	                                is_projection(state) ? taylor : legendre};
+	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 0;
+	*rule = (struct gnp_patch_rule){recipe->k,      middle > third ? middle : third, recipe->buffer, recipe->delta0_ratio,
+	                                recipe->delta0, recipe->height_scale,            is_projection(state) ? taylor : legendre};
 }
 
 size_t gnp_learned_reach(const void *pointer, uint32_t point)
@@ -147,9 +157,9 @@ size_t gnp_learned_reach(const void *pointer, uint32_t point)
 
 size_t gnp_learned_served(const void *pointer, uint32_t point)
 {
-	(void)pointer;
+	const struct state *state = pointer;
 	(void)point;
-	return 1;
+	return is_projection(state) && support(state) >= 2 * POINTS_A_SERVED ? support(state) / POINTS_A_SERVED : 1;
 }
 
 const unsigned char *gnp_learned_outliers(const void *pointer)

@@ -21,6 +21,7 @@ enum {
 	PATCHES_A_CHUNK = 32
 };
 static const double cut = 5, tukey = 4.7;
+static const double calm = 3.5; /* a plain fit with no misfit above this many scales has nothing to be robust against */
 
 struct judgement {
 	uint32_t point;
@@ -78,6 +79,14 @@ static size_t fill(const struct gnp_patch_source *source, const struct gnp_patch
 	return count;
 }
 
+static double largest(const double *values, size_t count)
+{
+	double most = 0;
+	for (size_t i = 0; i < count; i++)
+		most = fmax(most, values[i]);
+	return most;
+}
+
 /* Leaves the coefficients in fit->moment and returns the scale of the misfits; negative when the data leave no choice. */
 static double robust_scale(size_t count, struct robust_fit *fit)
 {
@@ -104,6 +113,8 @@ static double robust_scale(size_t count, struct robust_fit *fit)
 		}
 		memcpy(fit->sorted, fit->misfit, count * sizeof(double));
 		scale = fmax(1.4826 * dof * gnp_median(fit->sorted, count), 1e-12);
+		if (step == 0 && largest(fit->misfit, count) < calm * scale)
+			return scale;
 		reweight(fit, count, scale, step);
 	}
 	return scale;
