@@ -13,7 +13,7 @@
 #include "sheets.h"
 
 /* Least share of outliers that is taken for more than chance, and least noise, in units of epsilon, that clean models are not for. */
-static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 2e-4;
+static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 7e-4;
 
 enum { POINTS_A_SERVED = 60 }; /* of a support, for each point its patch may serve as well as that point's own would */
 
