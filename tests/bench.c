@@ -10,6 +10,8 @@
 
 #include "estimate.h"
 #include "linalg.h"
+#include "models.h"
+#include "random.h"
 #include "shapes.h"
 #include "vector.h"
 
@@ -27,17 +29,25 @@ struct bench_case {
 	size_t points;
 	int runs, estimator, cover, k, with_normals;
 	uint64_t quantities; /* 0: the default ones */
+	const char *weights; /* of ./weights or auto; v1 and v2: the reference package's networks with random parameters */
 };
 
 static const struct bench_case cases[] = {
-	{"estimate_all_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL},
-	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 0, 0},
-	{"adaptive_all_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_ADAPTIVE, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_2k", "toroidal", 2000, 9, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL},
-	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL},
+	{"estimate_all_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
+	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL, NULL},
+	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, NULL},
+	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 0, 0, NULL},
+	{"adaptive_all_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_ADAPTIVE, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
+	{"gnp_clean_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "clean_50k"},
+	{"gnp_outlier_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "outlier_50k"},
+	{"gnp_noise_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "noise_70k"},
+	{"gnp_auto_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "auto"},
+	{"gnp_clean_all_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, "clean_50k"},
+	{"gnp_v1_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v1"},
+	{"gnp_v2_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v2"},
+	{"estimate_all_2k", "toroidal", 2000, 9, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
+	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
+	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL, NULL},
 };
 
 static double median(double *values, int count)
@@ -85,21 +95,51 @@ static double resident_bytes(void)
 	return (double)pages * (double)sysconf(_SC_PAGESIZE);
 }
 
-static gnp_status timed_runs(const struct bench_case *test, const struct gnp_cloud *cloud, struct gnp_pool *pool,
-                             struct row *row, struct gnp_error *error)
+/* The reference package's network of version 1 or 2 with random parameters, at k = 50. */
+static gnp_status published_model(bool second, struct gnp_model *model, struct gnp_error *error)
 {
-	struct gnp_estimate_options options = gnp_estimate_defaults();
-	options.estimator = test->estimator;
-	options.cover = test->cover;
-	options.k = test->k;
-	options.quantities = test->quantities ? test->quantities : options.quantities;
+	struct gnp_layout layout;
+	struct gnp_random random;
+	*model = (struct gnp_model){
+		.name = "published", .sha256 = "", .regime = "clean",
+		.architecture = {.trunk = second ? GNP_TRUNK_SEPARABLE : GNP_TRUNK_EDGE, .features = 3, .width = 64, .channels = 4,
+	                     .neurons = 256, .layers = 5, .quadrature = 32, .head_width = 128, .outputs = 16},
+		.recipe = {.k = 50, .buffer = 1.25, .height_scale = second ? 1 : 2, .delta0 = second ? 0.001 : 0.005}};
+	gnp_status status = gnp_architecture_layout(&model->architecture, &layout, error);
+	float *parameters = status == GNP_OK ? malloc(layout.total * sizeof *parameters) : NULL;
+	if (!parameters)
+		return status != GNP_OK ? status : gnp_error_set(error, GNP_OUT_OF_MEMORY, "bench: no memory for parameters");
+	gnp_random_seed(&random, 1, 1);
+	for (size_t i = 0; i < layout.total; i++)
+		parameters[i] = (float)(0.1 * (gnp_random_uniform(&random) - 0.5));
+	status = gnp_operator_create(&model->architecture, parameters, &model->network, error);
+	free(parameters);
+	return status;
+}
+
+/* The case's model; published is room for one that is no file's. */
+static gnp_status set_model(const struct bench_case *test, const struct gnp_models *models, struct gnp_model *published,
+                            struct gnp_estimate_options *options, struct gnp_error *error)
+{
+	options->models = models;
+	if (!test->weights || strcmp(test->weights, "auto") == 0)
+		return GNP_OK;
+	if (test->weights[0] != 'v')
+		return gnp_models_find(models, test->weights, &options->model, error);
+	options->model = published;
+	return published_model(test->weights[1] == '2', published, error);
+}
+
+static gnp_status time_runs(const struct bench_case *test, const struct gnp_estimate_options *options, const struct gnp_cloud *cloud,
+                            struct gnp_pool *pool, struct row *row, struct gnp_error *error)
+{
 	double seconds[RUNS_MAX], stage[GNP_STAGE_COUNT][RUNS_MAX];
 	for (int run = 0; run < test->runs; run++) {
 		struct gnp_task task;
 		struct gnp_estimate estimate;
 		gnp_task_init(&task);
 		double start = gnp_clock();
-		gnp_status status = gnp_estimate_run(cloud, &options, pool, &task, &estimate, error);
+		gnp_status status = gnp_estimate_run(cloud, options, pool, &task, &estimate, error);
 		if (status != GNP_OK)
 			return status;
 		seconds[run] = gnp_clock() - start;
@@ -111,6 +151,26 @@ static gnp_status timed_runs(const struct bench_case *test, const struct gnp_clo
 	for (int s = 0; s < GNP_STAGE_COUNT; s++)
 		row->stage[s] = median(stage[s], test->runs);
 	return GNP_OK;
+}
+
+static gnp_status timed_runs(const struct bench_case *test, const struct gnp_cloud *cloud, struct gnp_pool *pool,
+                             struct row *row, struct gnp_error *error)
+{
+	struct gnp_estimate_options options = gnp_estimate_defaults();
+	options.estimator = test->estimator;
+	options.cover = test->cover;
+	options.k = test->k;
+	options.quantities = test->quantities ? test->quantities : options.quantities;
+	struct gnp_models *models = NULL;
+	struct gnp_model published = {.network = NULL};
+	gnp_status status = test->estimator == GNP_ESTIMATOR_GNP ? gnp_models_load("weights", &models, error) : GNP_OK;
+	if (status == GNP_OK)
+		status = set_model(test, models, &published, &options, error);
+	if (status == GNP_OK)
+		status = time_runs(test, &options, cloud, pool, row, error);
+	gnp_operator_free(published.network);
+	gnp_models_release(models);
+	return status;
 }
 
 static gnp_status run_case(const struct bench_case *test, struct row *row, struct gnp_error *error)
