@@ -337,7 +337,7 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 	estimate->components = prepared->components;
 	estimate->patches = work.cover.count;
 	estimate->degenerate = work.degenerate;
-	estimate->model = estimator->model ? estimator->model(work.state) : NULL;
+	estimate->model = estimator->model && status == GNP_OK ? estimator->model(work.state) : NULL;
 	work_clear(&work);
 	return status;
 }

@@ -38,13 +38,14 @@ static const char *const weights[] = {"quartic", "flat", "linear", NULL};
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gmls", 0, 0, estimators,
+	{"estimator", GNP_PARAMETER_CHOICE, FIELD(estimator), "gnp", 0, 0, estimators,
 	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds support and degree itself"},
 	{"weights", GNP_PARAMETER_MODEL, offsetof(struct options, weights), automatic, 0, 0, NULL,
-	 "the model of estimators that use one; auto: the one that suits the cloud"},
+	 "the model (gnp); auto: the one that suits the cloud's noise and outliers"},
 	{"cover", GNP_PARAMETER_CHOICE, FIELD(cover), "cover", 0, 0, covers,
 	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},
-	{"k", GNP_PARAMETER_INTEGER, FIELD(k), "30", 12, 500, NULL, "neighbours that set the patch radius, 1.1 times the k-th distance"},
+	{"k", GNP_PARAMETER_INTEGER, FIELD(k), "30", 12, 500, NULL,
+	 "neighbours that set the patch radius, 1.1 times the k-th distance (gmls, adaptive; with gnp the model's)"},
 	{"degree", GNP_PARAMETER_INTEGER, FIELD(degree), "3", 1, 7, NULL, "degree of the Legendre basis (gmls)"},
 	{"basis", GNP_PARAMETER_CHOICE, FIELD(basis), "tensor", 0, 0, bases, "tensor or total degree (gmls)"},
 	{"weight", GNP_PARAMETER_CHOICE, FIELD(weight), "quartic", 0, 0, weights,
@@ -58,6 +59,7 @@ static void defaults(void *options)
 {
 	struct options *o = options;
 	o->core = gnp_estimate_defaults();
+	o->core.estimator = GNP_ESTIMATOR_GNP;
 	strcpy(o->weights, automatic);
 }
 
@@ -78,7 +80,7 @@ static size_t memory(size_t points, const void *options)
 {
 	const struct gnp_estimate_options *o = &((const struct options *)options)->core;
 	size_t width = 6 * sizeof(double), bytes;
-	struct gnp_basis basis = {o->basis, (unsigned)o->degree};
+	struct gnp_basis basis = gnp_estimator_at(o->estimator)->basis((struct gnp_basis){o->basis, (unsigned)o->degree});
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
 		size_t items = gnp_quantity_info(q)->width;
 		if (o->quantities & GNP_QUANTITY_BIT(q))
@@ -183,32 +185,38 @@ static gnp_status add_seconds(const struct gnp_task *task, struct gnp_values *re
 	return status;
 }
 
-static gnp_status add_choices(const struct gnp_estimate_options *o, struct gnp_values *report, struct gnp_error *error)
-{
-	gnp_status status = gnp_values_add_string(report, "estimator", estimators[o->estimator], error);
-	if (status == GNP_OK)
-		status = gnp_values_add_integer(report, "k", o->k, error);
-	if (status == GNP_OK)
-		status = gnp_values_add_string(report, "cover", covers[o->cover], error);
-	if (status == GNP_OK)
-		status = gnp_values_add_integer(report, "degree", o->degree, error);
-	if (status == GNP_OK)
-		status = gnp_values_add_string(report, "basis", bases[o->basis], error);
-	return status == GNP_OK ? gnp_values_add_string(report, "weight", weights[o->weight], error) : status;
-}
-
 static gnp_status add_model(const struct gnp_model *model, struct gnp_values *report, struct gnp_error *error)
 {
 	gnp_status status = gnp_values_add_string(report, "weights", model->name, error);
 	return status == GNP_OK ? gnp_values_add_string(report, "weights_sha256", model->sha256, error) : status;
 }
 
+static gnp_status add_least_squares(const struct gnp_estimate_options *o, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_integer(report, "degree", o->degree, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_string(report, "basis", bases[o->basis], error);
+	return status == GNP_OK ? gnp_values_add_string(report, "weight", weights[o->weight], error) : status;
+}
+
+/* What the estimator had a use for. */
+static gnp_status add_choices(const struct gnp_model *model, const struct gnp_estimate_options *o, struct gnp_values *report,
+                              struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_string(report, "estimator", estimators[o->estimator], error);
+	if (status == GNP_OK && model)
+		status = add_model(model, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "k", model ? (int64_t)model->recipe.k : o->k, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_string(report, "cover", covers[o->cover], error);
+	return status == GNP_OK && o->estimator == GNP_ESTIMATOR_GMLS ? add_least_squares(o, report, error) : status;
+}
+
 static gnp_status add_report(const struct gnp_estimate *estimate, const struct gnp_estimate_options *o,
                              const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
-	gnp_status status = add_choices(o, report, error);
-	if (status == GNP_OK && estimate->model)
-		status = add_model(estimate->model, report, error);
+	gnp_status status = add_choices(estimate->model, o, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "normals_estimated", estimate->normals_estimated != 0, error);
 	if (status == GNP_OK && estimate->normals_estimated)

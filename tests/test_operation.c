@@ -190,6 +190,7 @@ static void a_sphere_has_its_curvatures(void)
 		struct gnp_error error = {0};
 		gnp_task_init(&task);
 		add_sphere(&request, datatypes[t], 2000);
+		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
 		gnp_values_add_string(&request.parameters, "quantities", "normals,mean_curvature,surface_coefficients,tangents", NULL);
 		CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, &error) == GNP_OK);
 		CHECK(gnp_call_run(&call, pool, &task, &response, &error) == GNP_OK);

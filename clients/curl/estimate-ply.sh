@@ -3,4 +3,4 @@
 # Usage: estimate-ply.sh cloud.ply result.ply [URL]
 set -eu
 curl --fail-with-body --silent --show-error --data-binary @"$1" -H 'Content-Type: application/ply' \
-	"${3:-http://127.0.0.1:8080}/v1/estimate?k=30&quantities=normals,mean_curvature,gaussian_curvature" -o "$2"
+	"${3:-http://127.0.0.1:8080}/v1/estimate?quantities=normals,mean_curvature,gaussian_curvature" -o "$2"

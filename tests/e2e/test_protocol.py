@@ -83,7 +83,7 @@ def test_request_id(server):
 
 
 def test_infer_binary(server):
-    headers, body = harness.points_body(CLOUD, quantities="normals,mean_curvature")
+    headers, body = harness.points_body(CLOUD, estimator="gmls", quantities="normals,mean_curvature")
     head, outputs = harness.parse_infer(server.post(ESTIMATE, body, headers))
     assert head["model_name"] == "estimate"
     check_sphere(outputs["mean_curvature"])
@@ -93,7 +93,7 @@ def test_infer_binary(server):
 
 def test_infer_json_with_id_and_choice(server):
     message = {"id": "job 7", "inputs": [{"name": "points", "shape": [600, 3], "datatype": "FP32", "data": list(CLOUD)}],
-               "parameters": {"quantities": "mean_curvature", "priority": 1, "timeout": 1000}}
+               "parameters": {"estimator": "gmls", "quantities": "mean_curvature", "priority": 1, "timeout": 1000}}
     response = server.post(ESTIMATE, json.dumps(message).encode())
     assert response.status == 200, response.text[:300]
     answer = response.json
@@ -134,7 +134,7 @@ def test_compressed_bodies(server):
 
 
 def test_ply_in_and_out(server):
-    response = server.post("/v1/estimate?quantities=normals,mean_curvature", harness.ply(CLOUD))
+    response = server.post("/v1/estimate?estimator=gmls&quantities=normals,mean_curvature", harness.ply(CLOUD))
     assert response.status == 200, response.text[:300]
     assert response.headers["content-type"] == "application/ply"
     assert "estimate;dur=" in response.headers["server-timing"]

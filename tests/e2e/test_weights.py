@@ -11,6 +11,7 @@ import harness
 from harness import expect_error
 
 CLOUD = harness.sphere(300)
+SMOOTH = harness.sphere(2000)  # dense enough to be taken for clean
 ESTIMATE = "/v2/models/estimate/infer"
 ONE, OTHER = harness.edge_weights(), harness.edge_weights(scale=0.02)
 RELOADS = "gnpd_weights_reloads_total{result=\"%s\"}"
@@ -124,20 +125,85 @@ def test_reload_under_load():
 def test_requests_name_weights():
     with harness.Server(weights={"small.safetensors": ONE, "wide.safetensors": OTHER}) as server:
         for name in ("small", "wide", "auto"):
-            headers, body = harness.points_body(CLOUD, weights=name)
+            headers, body = harness.points_body(SMOOTH, weights=name)
             head, _ = harness.parse_infer(server.post(ESTIMATE, body, headers))
-            assert "weights_sha256" not in head["parameters"]  # moving least squares need none
-        headers, body = harness.points_body(CLOUD, weights="clean_99k")
+            want = "wide" if name == "wide" else "small"
+            assert {k: head["parameters"][k] for k in ("estimator", "weights", "weights_sha256", "k")} == {
+                "estimator": "gnp", "weights": want, "weights_sha256": digest(OTHER if want == "wide" else ONE), "k": 30}, head
+            assert "degree" not in head["parameters"]
+        for estimator in ("gmls", "adaptive"):  # need none
+            headers, body = harness.points_body(SMOOTH, estimator=estimator, k=20)
+            head, _ = harness.parse_infer(server.post(ESTIMATE, body, headers))
+            assert head["parameters"]["estimator"] == estimator and head["parameters"]["k"] == 20, head
+            assert "weights" not in head["parameters"] and "weights_sha256" not in head["parameters"]
+        headers, body = harness.points_body(SMOOTH, weights="clean_99k")
         expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", 'weights: got "clean_99k", known: small, wide')
-        expect_error(server.post("/v1/estimate?weights=clean_99k", harness.ply(CLOUD)), 400, "invalid_argument",
+        expect_error(server.post("/v1/estimate?weights=clean_99k", harness.ply(SMOOTH)), 400, "invalid_argument",
                      'weights: got "clean_99k", known: small, wide')
         for bad in ("../../etc/passwd", "", "a b", "x" * 64, ".hidden"):
-            headers, body = harness.points_body(CLOUD, weights=bad)
+            headers, body = harness.points_body(SMOOTH, weights=bad)
             expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", "weights: got", "name of a model")
 
 
-def test_no_weights_are_no_fault(server):
-    assert server.get("/v2/models/estimate").json["weights"] == []
-    assert "got no *.safetensors" in server.log()
-    headers, body = harness.points_body(CLOUD, weights="clean_50k")
-    expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", 'weights: got "clean_50k", known: none are loaded')
+def used(server, **parameters):
+    """Name, digest and k of the model that an estimate used."""
+    headers, body = harness.points_body(SMOOTH, **parameters)
+    head, _ = harness.parse_infer(server.post(ESTIMATE, body, headers))
+    assert head["parameters"]["estimator"] == "gnp", head
+    return tuple(head["parameters"][k] for k in ("weights", "weights_sha256", "k"))
+
+
+def test_the_default_estimator_names_its_weights():
+    files = harness.small_weights()
+    with harness.Server(weights=files) as server:
+        clean, noise = digest(files["clean_50k.safetensors"]), digest(files["noise_70k.safetensors"])
+        assert used(server) == used(server, weights="auto") == ("clean_50k", clean, 50)
+        assert used(server, weights="noise_70k") == used(server, weights="noise_70k", k=30) == ("noise_70k", noise, 70)
+        names, _ = harness.parse_ply(server.post("/v1/estimate", harness.ply(SMOOTH)).body)
+        assert "quality" in names
+        comments = server.post("/v1/estimate", harness.ply(SMOOTH)).body.split(b"end_header")[0]
+        assert b"comment weights_sha256 " + clean.encode() in comments, comments
+        other = harness.edge_weights(scale=0.02, k="40")
+        server.put_weights("clean_50k.safetensors", other)
+        assert used(server) == ("clean_50k", clean, 50)
+        server.signal(signal.SIGHUP)
+        server.wait_metric(RELOADS % "ok", 1)
+        assert used(server, weights="clean_50k") == ("clean_50k", digest(other), 40)
+        assert used(server, weights="noise_70k") == ("noise_70k", noise, 70)
+
+
+def test_weights_auto_needs_the_regime():
+    with harness.Server(weights={"noise_70k.safetensors": harness.edge_weights(k="70", regime="noise")}) as server:
+        headers, body = harness.points_body(SMOOTH)
+        expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument",
+                     "weights: got auto, none of the 1 models is of the regime clean")
+
+
+def test_the_models_of_the_tree_know_a_sphere():
+    """Each shipped file (weights/SHA256SUMS lists them) on a sphere of radius 2: H = -1/2."""
+    folder = os.path.join(os.path.dirname(harness.__file__), "..", "..", "weights")
+    files = {}
+    for name in os.listdir(folder):
+        if name.endswith(".safetensors"):
+            with open(os.path.join(folder, name), "rb") as file:
+                files[name] = file.read()
+    cloud = harness.sphere(4000, 2.0)
+    with harness.Server(weights=files) as server:
+        for name, content in sorted(files.items()):
+            headers, body = harness.points_body(cloud, weights=name.split(".")[0], quantities="mean_curvature")
+            head, outputs = harness.parse_infer(server.post(ESTIMATE, body, headers))
+            assert head["parameters"]["weights_sha256"] == digest(content)
+            worst = max(abs(2 * h + 1) for h in outputs["mean_curvature"])
+            assert worst < (0.5 if "pooled" in name else 0.1), (name, worst)
+
+
+def test_no_weights_are_no_fault():
+    with harness.Server(weights={}) as server:
+        assert server.get("/v2/models/estimate").json["weights"] == []
+        assert "got no *.safetensors" in server.log()
+        headers, body = harness.points_body(CLOUD, weights="clean_50k")
+        expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", 'weights: got "clean_50k", known: none are loaded')
+        headers, body = harness.points_body(CLOUD)
+        expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", "weights: none are loaded, the estimator gnp needs some")
+        headers, body = harness.points_body(CLOUD, estimator="gmls")
+        assert server.post(ESTIMATE, body, headers).status == 200
