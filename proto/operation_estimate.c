@@ -174,7 +174,8 @@ static gnp_status add_warnings(const struct gnp_estimate *estimate, struct gnp_v
 
 static gnp_status add_seconds(const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
-	static const enum gnp_stage stages[] = {GNP_STAGE_ORDER, GNP_STAGE_NEIGHBORS, GNP_STAGE_ORIENT, GNP_STAGE_ESTIMATE};
+	static const enum gnp_stage stages[] = {GNP_STAGE_ORDER, GNP_STAGE_NEIGHBORS, GNP_STAGE_ORIENT, GNP_STAGE_PREPARE,
+	                                         GNP_STAGE_ESTIMATE};
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; task && i < sizeof stages / sizeof stages[0] && status == GNP_OK; i++) {
 		char name[64];

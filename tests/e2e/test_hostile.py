@@ -18,7 +18,7 @@ HEALTH_LIMIT = 0.05 * SLOW
 def long_request(count=400_000 if SLOW == 1 else 60_000, **parameters):
     """A request whose work takes seconds on one worker."""
     cloud = harness.sphere(count)
-    headers, body = harness.points_body(cloud, cover="all", **parameters)
+    headers, body = harness.points_body(cloud, **dict({"estimator": "gmls", "cover": "all"}, **parameters))
     return harness.make_request("POST", ESTIMATE, body, headers)
 
 
@@ -363,8 +363,8 @@ def test_configuration_from_the_command_line():
 
 
 def test_latency_of_small_requests():
-    """2,000 points by JSON+binary on one connection; 25 ms is the product's bound, the printed figure its measure."""
-    headers, body = harness.points_body(harness.sphere(2000))
+    """2,000 points of least squares by JSON+binary on one connection; 25 ms is the product's bound, the printed figure its measure."""
+    headers, body = harness.points_body(harness.sphere(2000), estimator="gmls")
     request = harness.make_request("POST", ESTIMATE, body, headers)
     with harness.Server(access_log="false") as server:
         with server.connect() as s:
