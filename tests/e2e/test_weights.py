@@ -180,13 +180,14 @@ def test_weights_auto_needs_the_regime():
 
 
 def test_the_models_of_the_tree_know_a_sphere():
-    """Each shipped file (weights/SHA256SUMS lists them) on a sphere of radius 2: H = -1/2."""
+    """Each shipped file of the folder weights on a sphere of radius 2: H = -1/2."""
     folder = os.path.join(os.path.dirname(harness.__file__), "..", "..", "weights")
     files = {}
     for name in os.listdir(folder):
         if name.endswith(".safetensors"):
             with open(os.path.join(folder, name), "rb") as file:
                 files[name] = file.read()
+    assert files
     cloud = harness.sphere(4000, 2.0)
     with harness.Server(weights=files) as server:
         for name, content in sorted(files.items()):
