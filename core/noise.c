@@ -7,7 +7,7 @@
 #include "sheets.h"
 #include "taylor.h"
 
-enum { SAMPLES = 400, K = 50, POINTS = 72, REACH = 96, SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE };
+enum { SAMPLES = 400, K = 50, POINTS = 48, REACH = 64, SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE };
 
 struct work {
 	const struct gnp_fit_cloud *cloud;
