@@ -31,12 +31,12 @@ static bool is_projection(const struct state *state)
 
 /* ---- Which model ---- */
 
-/* Projection heads before pooled ones, then the widest patches. */
+/* Projection heads before pooled ones, then the narrowest patches, whose frames bend with the surface. */
 static bool suits_better(const struct gnp_model *model, const struct gnp_model *than)
 {
 	if (!than || model->architecture.head != than->architecture.head)
 		return !than || model->architecture.head == GNP_HEAD_PROJECTION;
-	return model->recipe.k > than->recipe.k;
+	return model->recipe.k < than->recipe.k;
 }
 
 static gnp_status choose_model(const struct gnp_models *models, const char *regime, const struct gnp_model **out,

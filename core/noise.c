@@ -7,13 +7,13 @@
 #include "sheets.h"
 #include "taylor.h"
 
-enum { SAMPLES = 400, K = 50, POINTS = 48, REACH = 64, SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE };
+enum { SAMPLES = 400, K = 50, NEAR = 48, POINTS = 72, REACH = 96, SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE };
 
 struct work {
 	const struct gnp_fit_cloud *cloud;
 	const unsigned char *outlier;
 	size_t samples;
-	double noise[SAMPLES];
+	double near[SAMPLES], far[SAMPLES]; /* unexplained of NEAR and of POINTS points; negative where it cannot be told */
 };
 
 /* What is left of the heights at `count` positions, per degree of freedom, in units of epsilon; negative when it cannot be told. */
@@ -30,7 +30,7 @@ static double unexplained(const struct gnp_patch *patch, const uint32_t *positio
 	}
 	gnp_taylor_rows(GNP_TAYLOR_DEGREE, u, v, count, STRIDE, rows);
 	gnp_normal_equations(rows, ones, w, count, STRIDE, gram, moment);
-	if (count < POINTS || !gnp_cholesky_factor(gram, SIZE, STRIDE, GNP_SMALLEST_PIVOT))
+	if (!gnp_cholesky_factor(gram, SIZE, STRIDE, GNP_SMALLEST_PIVOT))
 		return -1;
 	gnp_cholesky_forward(gram, SIZE, STRIDE, moment, moment);
 	for (size_t i = 0; i < SIZE; i++)
@@ -56,9 +56,20 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 		if (status != GNP_OK)
 			return status;
 		size_t usable = gnp_sheets_usable(cloud->normals, work->outlier, &patch, POINTS, positions);
-		work->noise[s] = unexplained(&patch, positions, usable);
+		work->near[s] = usable == POINTS ? unexplained(&patch, positions, NEAR) : -1;
+		work->far[s] = usable == POINTS ? unexplained(&patch, positions, POINTS) : -1;
 	}
 	return GNP_OK;
+}
+
+/* 0 when none is known. */
+static double median_known(double *values, size_t count)
+{
+	size_t known = 0;
+	for (size_t i = 0; i < count; i++)
+		if (values[i] >= 0)
+			values[known++] = values[i];
+	return gnp_median(values, known);
 }
 
 gnp_status gnp_noise_measure(const struct gnp_fit_cloud *cloud, const unsigned char *outlier, struct gnp_pool *pool,
@@ -66,11 +77,10 @@ gnp_status gnp_noise_measure(const struct gnp_fit_cloud *cloud, const unsigned c
 {
 	struct work work = {.cloud = cloud, .outlier = outlier, .samples = cloud->count < SAMPLES ? cloud->count : SAMPLES};
 	gnp_status status = gnp_pool_run(pool, task, work.samples, 32, measure_chunk, &work, error);
-	size_t known = 0;
-	for (size_t s = 0; s < work.samples && status == GNP_OK; s++)
-		if (work.noise[s] >= 0)
-			work.noise[known++] = work.noise[s];
-	if (status == GNP_OK)
-		*noise = gnp_median(work.noise, known);
-	return status;
+	if (status != GNP_OK)
+		return status;
+	double near = median_known(work.near, work.samples), far = median_known(work.far, work.samples);
+	double growth = near > 0 ? fmax(far / near, 1) : 1;
+	*noise = near / (growth * growth);
+	return GNP_OK;
 }
