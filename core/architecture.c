@@ -135,7 +135,7 @@ static void add_head(const struct gnp_architecture *a, struct gnp_layout *layout
 {
 	if (a->head == GNP_HEAD_POOLED) {
 		const char *name = a->trunk == GNP_TRUNK_EDGE ? "mlp" : "proj";
-		char first[8], second[8];
+		char first[16], second[16];
 		snprintf(first, sizeof first, "%s.0", name);
 		snprintf(second, sizeof second, "%s.2", name);
 		add_linear(layout, first, a->head_width, a->width);

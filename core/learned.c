@@ -143,7 +143,7 @@ void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
 	const struct state *state = pointer;
 	const struct gnp_recipe *recipe = &state->model->recipe;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, legendre = {GNP_BASIS_TENSOR, 3};
-	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 0;
+	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 2 * third; /* pooled: trained on all of it */
 	*rule = (struct gnp_patch_rule){recipe->k,      middle > third ? middle : third, recipe->buffer, recipe->delta0_ratio,
 	                                recipe->delta0, recipe->height_scale,            is_projection(state) ? taylor : legendre};
 }

@@ -338,7 +338,7 @@ static void the_cloud_says_which_regime(void)
 /* The head projection before the pooled one, whatever the order of names; then the larger k. */
 static void of_one_regime_the_better_model_is_chosen(void)
 {
-	struct gnp_recipe wide = usual;
+	struct gnp_recipe other = usual;
 	struct gnp_architecture pooled = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_POOLED, .features = 3, .width = 8, .channels = 2,
 		.neurons = 8, .layers = 1, .quadrature = 8, .head_width = 8, .outputs = 16};
 	struct gnp_sample sample = sample_of("sphere", 0, (struct gnp_sample_options){.count = 2000, .seed = 4});
@@ -346,15 +346,15 @@ static void of_one_regime_the_better_model_is_chosen(void)
 	uint32_t at[1];
 	for (int round = 0; round < 2; round++) {
 		open_folder();
-		wide.k = 90;
-		write_model(round ? "a" : "z", "clean", &pooled, &wide);
+		other.k = 20;
+		write_model(round ? "a" : "z", "clean", &pooled, &other);
 		write_model("m", "clean", &projection, &usual);
-		wide.k = 70;
-		write_model(round ? "z" : "a", "clean", &projection, &wide);
+		other.k = 30;
+		write_model(round ? "z" : "a", "clean", &projection, &other);
 		struct gnp_models *models = load_folder();
 		struct gnp_estimate_options options = options_of(models, NULL);
 		struct gnp_estimate e = estimate_some(&cloud, &options, 1, at);
-		CHECK(e.model->recipe.k == 70 && e.model->architecture.head == GNP_HEAD_PROJECTION);
+		CHECK(e.model->recipe.k == 30 && e.model->architecture.head == GNP_HEAD_PROJECTION);
 		gnp_estimate_clear(&e);
 		options.model = named(models, "m"); /* one that is named is taken */
 		e = estimate_some(&cloud, &options, 1, at);

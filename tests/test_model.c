@@ -93,6 +93,8 @@ static void the_shells_of_a_projection_are_kept(void)
 		struct gnp_model *model = NULL;
 		char path[128];
 		architecture.head = GNP_HEAD_PROJECTION;
+		architecture.features = 4;
+		architecture.ridge = 2e-5;
 		architecture.shells = rows[i].count;
 		memcpy(architecture.shell, rows[i].shell, sizeof architecture.shell);
 		architecture.outputs = (unsigned)gnp_projection_outputs(&architecture);
@@ -102,6 +104,7 @@ static void the_shells_of_a_projection_are_kept(void)
 		if (model) {
 			CHECK_STRING(gnp_weights_metadata_find(model->file, "shells"), rows[i].text);
 			CHECK(model->architecture.head == GNP_HEAD_PROJECTION && model->architecture.shells == rows[i].count);
+			CHECK(model->architecture.ridge == architecture.ridge);
 			CHECK(memcmp(model->architecture.shell, architecture.shell, rows[i].count * sizeof *architecture.shell) == 0);
 		}
 		gnp_model_free(model);

@@ -156,19 +156,19 @@ def used(server, **parameters):
 def test_the_default_estimator_names_its_weights():
     files = harness.small_weights()
     with harness.Server(weights=files) as server:
-        clean, noise = digest(files["clean_50k.safetensors"]), digest(files["noise_70k.safetensors"])
-        assert used(server) == used(server, weights="auto") == ("clean_50k", clean, 50)
-        assert used(server, weights="noise_70k") == used(server, weights="noise_70k", k=30) == ("noise_70k", noise, 70)
+        clean, noise = digest(files["clean_30k.safetensors"]), digest(files["noise_70k.safetensors"])
+        assert used(server) == used(server, weights="auto") == ("clean_30k", clean, 30)
+        assert used(server, weights="noise_70k") == used(server, weights="noise_70k", k=31) == ("noise_70k", noise, 70)
         names, _ = harness.parse_ply(server.post("/v1/estimate", harness.ply(SMOOTH)).body)
         assert "quality" in names
         comments = server.post("/v1/estimate", harness.ply(SMOOTH)).body.split(b"end_header")[0]
         assert b"comment weights_sha256 " + clean.encode() in comments, comments
         other = harness.edge_weights(scale=0.02, k="40")
-        server.put_weights("clean_50k.safetensors", other)
-        assert used(server) == ("clean_50k", clean, 50)
+        server.put_weights("clean_30k.safetensors", other)
+        assert used(server) == ("clean_30k", clean, 30)
         server.signal(signal.SIGHUP)
         server.wait_metric(RELOADS % "ok", 1)
-        assert used(server, weights="clean_50k") == ("clean_50k", digest(other), 40)
+        assert used(server, weights="clean_30k") == ("clean_30k", digest(other), 40)
         assert used(server, weights="noise_70k") == ("noise_70k", noise, 70)
 
 
