@@ -1,8 +1,10 @@
 /* gnp-train: trains a geometric neural operator for one of the paper's regimes and writes its weights. */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "command.h"
 #include "linalg.h"
@@ -251,6 +253,17 @@ static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_l
 	return status;
 }
 
+/* Whether a file of this name can be made: what is found out after hours of training is found out late. */
+static gnp_status check_output(const char *path, struct gnp_error *error)
+{
+	const char *slash = strrchr(path, '/');
+	char folder[512];
+	snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
+	if (access(folder, W_OK) == 0)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_IO, "--output: got '%s', need a folder that can be written: %s", path, strerror(errno));
+}
+
 static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
 	*plan = (struct plan){.run = gnp_train_run_defaults()};
@@ -260,7 +273,9 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--minutes: given with --steps, need one of them");
 	if (!plan->output && !plan->prepare)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--output: not given, need a file");
-	gnp_status status = parse_names(arguments, plan, error);
+	gnp_status status = plan->output ? check_output(plan->output, error) : GNP_OK;
+	if (status == GNP_OK)
+		status = parse_names(arguments, plan, error);
 	if (status != GNP_OK)
 		return status;
 	set_defaults(plan);
