@@ -113,7 +113,7 @@ bench: all $(OUT)/tests/bench ## time the core and HTTP; writes bench.json and b
 	$(OUT)/tests/bench $(OUT)/bench.json
 	GNPD=$(OUT)/gnpd tests/bench_http $(OUT)/bench_http.json
 
-validate: $(OUT)/gnp-validate ## judge the estimators by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
+validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
 	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
 
 train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection

@@ -1,4 +1,6 @@
-#include "published.h"
+#include <unistd.h>
+
+#include "initial.h"
 #include "random.h"
 #include "test.h"
 #include "validation.h"
@@ -7,6 +9,8 @@
 enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly a toroidal member */
 
 static struct gnp_pool *pool; /* of two workers, for every test */
+static char folder[64];       /* of the weights */
+static struct gnp_models *models; /* the regimes' with the pooled head, and with the projection head noise_70k alone */
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
 {
@@ -259,18 +263,59 @@ static void too_many_centres_are_refused(void)
 
 /* ---- Table ---- */
 
+/* Of a selection, without what lacks its weights. */
 static struct gnp_table table_of(size_t shapes, struct gnp_selection selection)
 {
 	const struct gnp_protocol protocol = {.points = POINTS, .shapes = shapes, .centres = CENTRES};
 	struct gnp_table table = {0};
-	CHECK(gnp_table_create(&protocol, &selection, &table, NULL) == GNP_OK);
+	gnp_selection_restrict(&selection, models);
+	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
 	return table;
+}
+
+static void rows_without_their_weights_are_left_out_or_refused(void)
+{
+	const struct gnp_protocol protocol = {.points = POINTS, .shapes = 1, .centres = CENTRES};
+	struct gnp_selection selection = gnp_selection_all();
+	struct gnp_table table = {0};
+	struct gnp_error error = {0};
+	CHECK(gnp_selection_count(&selection) == GNP_ROWS);
+	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_INVALID_ARGUMENT && !table.errors);
+	CHECK_STRING(error.text, "gnp in clean-30: weights: got \"clean_30k\", known: clean_30k_pooled, clean_50k_pooled, noise_70k, "
+	                         "noise_70k_pooled, outlier_50k_pooled");
+	gnp_selection_restrict(&selection, models);
+	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
+	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
+	for (int number = 0; number < GNP_ROWS; number++) {
+		const struct gnp_row row = {(enum gnp_family)(number / GNP_CONTENDERS / GNP_REGIMES),
+		                            (enum gnp_regime)(number / GNP_CONTENDERS % GNP_REGIMES),
+		                            (enum gnp_contender)(number % GNP_CONTENDERS)};
+		CHECK(gnp_row_number(&row) == (size_t)number);
+		CHECK(gnp_selection_has(&selection, &row) == (row.contender != GNP_CONTENDER_GNP || row.regime == GNP_REGIME_NOISE_70));
+	}
+	gnp_table_clear(&table);
+	selection = gnp_selection_all();
+	gnp_selection_restrict(&selection, NULL);
+	CHECK(gnp_selection_count(&selection) == (size_t)2 * GNP_FAMILIES * GNP_REGIMES); /* gmls and adaptive need none */
+}
+
+static void learned_rows_take_their_models_k(void)
+{
+	struct gnp_table table = table_of(1, gnp_selection_all());
+	const struct gnp_row gnp = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_CONTENDER_GNP};
+	const struct gnp_row pooled = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_CONTENDER_POOLED};
+	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_CONTENDER_GMLS};
+	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "noise_70k");
+	CHECK_STRING(gnp_table_model(&table, &pooled)->name, "clean_30k_pooled");
+	CHECK(gnp_table_k(&table, &gnp) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
+	CHECK(!gnp_table_model(&table, &gmls) && gnp_table_k(&table, &gmls) == 70);
+	gnp_table_clear(&table);
 }
 
 static void means_and_medians_are_over_shapes(void)
 {
 	static const double values[] = {5, 1, 100, 2};
-	const struct gnp_row row = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_ESTIMATOR_GMLS};
+	const struct gnp_row row = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_CONTENDER_GMLS};
 	for (size_t shapes = 3; shapes <= 4; shapes++) {
 		struct gnp_table table = table_of(shapes, gnp_selection_all());
 		for (size_t i = 0; i < shapes; i++)
@@ -287,8 +332,8 @@ static void means_and_medians_are_over_shapes(void)
 static void a_cell_wins_below_both_printed_rows_only(void)
 {
 	struct gnp_table table = table_of(1, gnp_selection_all());
-	const struct gnp_row clean = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_ESTIMATOR_GMLS};
-	const struct gnp_row odd = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_ESTIMATOR_GMLS};
+	const struct gnp_row clean = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_CONTENDER_GMLS};
+	const struct gnp_row odd = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_CONTENDER_GMLS};
 	double *errors = gnp_table_errors(&table, &clean, 0), target;
 	errors[GNP_SCORE_GAUSSIAN] = 1.93e-2; /* the paper: gnp 4.07e-2, gmls 1.92e-2 */
 	CHECK(!gnp_table_beats(&table, &clean, GNP_SCORE_GAUSSIAN));
@@ -301,6 +346,59 @@ static void a_cell_wins_below_both_printed_rows_only(void)
 		                               (enum gnp_regime)(cell / GNP_SCORES % GNP_REGIMES), (enum gnp_score)(cell % GNP_SCORES),
 		                               &target);
 	CHECK(judged == GNP_FAMILIES * GNP_REGIMES * GNP_SCORES - 2);
+	gnp_table_clear(&table);
+}
+
+/* Below one row of the paper, below both, above: counted by cell, beside either. */
+static void verdicts_count_cells(void)
+{
+	struct gnp_table table = table_of(1, gnp_selection_all());
+	struct gnp_row row;
+	for (bool more = gnp_selection_next(&table.selection, NULL, &row); more; more = gnp_selection_next(&table.selection, &row, &row))
+		for (int s = 0; s < GNP_SCORES; s++) {
+			double gnp = gnp_published_error(row.family, row.regime, GNP_PUBLISHED_GNP, (enum gnp_score)s);
+			double gmls = gnp_published_error(row.family, row.regime, GNP_PUBLISHED_GMLS, (enum gnp_score)s);
+			double *error = gnp_table_errors(&table, &row, 0) + s;
+			switch (row.contender) {
+			case GNP_CONTENDER_GNP: *error = gnp * 1.01; break;
+			case GNP_CONTENDER_POOLED: *error = gnp * 0.99; break;
+			case GNP_CONTENDER_GMLS: *error = fmin(gnp, gmls) * 0.99; break;
+			default: *error = NAN;
+			}
+		}
+	static const struct gnp_verdict want[GNP_CONTENDERS] = {
+		[GNP_CONTENDER_GNP] = {10, 0, 10, 0},      /* one regime of two families */
+		[GNP_CONTENDER_POOLED] = {40, 40, 38, 20}, /* the paper's GNP is the better of its rows under outliers and noise */
+		[GNP_CONTENDER_GMLS] = {40, 40, 38, 38},
+		[GNP_CONTENDER_ADAPTIVE] = {40, 0, 38, 0},
+	};
+	for (int c = 0; c < GNP_CONTENDERS; c++) {
+		const struct gnp_verdict got = gnp_table_verdict(&table, (enum gnp_contender)c);
+		CHECK(got.cells == want[c].cells && got.below_gnp == want[c].below_gnp);
+		CHECK(got.judged == want[c].judged && got.below_both == want[c].below_both);
+	}
+	gnp_table_clear(&table);
+}
+
+static void gnp_is_compared_with_adaptive_off_clean_clouds(void)
+{
+	struct gnp_table table = table_of(1, gnp_selection_all());
+	struct gnp_row row;
+	for (int f = 0; f < GNP_FAMILIES; f++) {
+		const struct gnp_row gnp = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_CONTENDER_GNP};
+		const struct gnp_row adaptive = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_CONTENDER_ADAPTIVE};
+		gnp_table_errors(&table, &gnp, 0)[GNP_SCORE_MEAN] = 3;
+		gnp_table_errors(&table, &adaptive, 0)[GNP_SCORE_MEAN] = 4 + f;
+		CHECK(gnp_table_next_ratio(&table, f ? &row : NULL, &row) && row.family == (enum gnp_family)f);
+		CHECK(row.regime == GNP_REGIME_NOISE_70 && row.contender == GNP_CONTENDER_GNP); /* outlier-50 has no weights */
+		CHECK_NEAR(gnp_table_ratio(&table, &row, GNP_CONTENDER_ADAPTIVE, GNP_SCORE_MEAN), 3.0 / (4 + f), 1e-15);
+	}
+	CHECK(!gnp_table_next_ratio(&table, &row, &row));
+	gnp_table_clear(&table);
+	struct gnp_selection alone = gnp_selection_all();
+	gnp_selection_take(&alone, 1u << GNP_CONTENDER_GNP);
+	table = table_of(1, alone);
+	CHECK(!gnp_table_next_ratio(&table, NULL, &row));
 	gnp_table_clear(&table);
 }
 
@@ -334,20 +432,25 @@ static void every_cell_is_printed(void)
 	texts[0] = written(&table, gnp_table_write_text);
 	texts[1] = written(&table, gnp_table_write_markdown);
 	texts[2] = written(&table, gnp_table_write_json);
-	int cells = GNP_FAMILIES * GNP_REGIMES * GNP_ESTIMATOR_KINDS * GNP_SCORES;
+	int cells = (int)gnp_selection_count(&table.selection) * GNP_SCORES;
 	for (int i = 0; i < 3; i++) {
 		for (int value = 1; value <= cells; value++) {
 			snprintf(cell, sizeof cell, i == 2 ? "%.6e" : "%.2e", 1 + value / 100.0);
 			CHECK_CONTAINS(texts[i], cell);
 		}
 		CHECK_CONTAINS(texts[i], "4503599627370496");
+		for (size_t m = 0; m < gnp_models_count(models); m++) {
+			CHECK_CONTAINS(texts[i], gnp_models_at(models, m)->name);
+			CHECK_CONTAINS(texts[i], gnp_models_at(models, m)->sha256);
+		}
 	}
 	for (int i = 0; i < 2; i++) {
 		CHECK_CONTAINS(texts[i], "3.97e-10?");
 		CHECK_CONTAINS(texts[i], "3.61e-03?");
 		CHECK_CONTAINS(texts[i], "6.93e-01 ");
 		CHECK_CONTAINS(texts[i], "largest |principal curvature| times epsilon is at most 1");
-		CHECK_CONTAINS(texts[i], "of 38 judged cells");
+		CHECK_CONTAINS(texts[i], "gmls: 0 of 40 cells below the paper's GNP row, 0 of 38 judged cells below both of its rows.");
+		CHECK_CONTAINS(texts[i], "gnp over adaptive");
 	}
 	CHECK_CONTAINS(texts[2], "\"paper_gnp\": {\"normal\": 2.040000e-06");
 	CHECK_CONTAINS(texts[2], "\"below_both\": {\"normal\": null, \"inverse_metric\": null, \"second_fundamental_form\": false");
@@ -359,8 +462,9 @@ static void every_cell_is_printed(void)
 /* A run in small: every selected cell gets a value, the same for any worker count, and nothing else does. */
 static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 {
-	struct gnp_selection selection = {1u << GNP_FAMILY_RADIAL, 1u << GNP_REGIME_CLEAN_30 | 1u << GNP_REGIME_NOISE_70,
-	                                  1u << GNP_ESTIMATOR_GMLS};
+	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL,
+	                                  .regimes = 1u << GNP_REGIME_CLEAN_30 | 1u << GNP_REGIME_NOISE_70};
+	gnp_selection_take(&selection, 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_POOLED | 1u << GNP_CONTENDER_GMLS);
 	struct gnp_table one = table_of(2, selection), two = table_of(2, selection);
 	struct gnp_pool *single = NULL;
 	struct gnp_task task;
@@ -368,17 +472,17 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 	CHECK(gnp_pool_create(1, &single, NULL) == GNP_OK);
 	CHECK(gnp_validation_run(&one, single, &task, NULL) == GNP_OK);
 	CHECK(gnp_validation_run(&two, pool, NULL, NULL) == GNP_OK);
-	for (int family = 0; family < GNP_FAMILIES; family++)
-		for (int regime = 0; regime < GNP_REGIMES; regime++) {
-			const struct gnp_row row = {(enum gnp_family)family, (enum gnp_regime)regime, GNP_ESTIMATOR_GMLS};
-			bool selected = family == GNP_FAMILY_RADIAL && selection.regimes >> regime & 1;
-			for (size_t i = 0; i < 2; i++) {
-				const double *a = gnp_table_errors(&one, &row, i), *b = gnp_table_errors(&two, &row, i);
-				CHECK(memcmp(a, b, GNP_SCORES * sizeof *a) == 0);
-				for (int s = 0; s < GNP_SCORES; s++)
-					CHECK(selected ? a[s] > 0 && a[s] < 1 : a[s] == 0);
-			}
+	struct gnp_selection all = gnp_selection_all();
+	struct gnp_row row;
+	for (bool more = gnp_selection_next(&all, NULL, &row); more; more = gnp_selection_next(&all, &row, &row))
+		for (size_t i = 0; i < 2; i++) {
+			const double *a = gnp_table_errors(&one, &row, i), *b = gnp_table_errors(&two, &row, i);
+			bool selected = gnp_selection_has(&one.selection, &row);
+			CHECK(memcmp(a, b, GNP_SCORES * sizeof *a) == 0);
+			for (int s = 0; s < GNP_SCORES; s++)
+				CHECK(selected ? a[s] > 0 && (a[s] < 1 || row.contender == GNP_CONTENDER_POOLED) : a[s] == 0);
 		}
+	CHECK(gnp_selection_count(&one.selection) == 5); /* gnp has no weights for clean-30 */
 	CHECK(one.drawn[GNP_FAMILY_RADIAL] == 2 && one.drawn[GNP_FAMILY_TOROIDAL] == 0);
 	CHECK(gnp_table_shape(&one, GNP_FAMILY_RADIAL, 1)->degree == 12); /* the second of two, evenly spaced */
 	gnp_task_cancel(&task);
@@ -386,6 +490,66 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 	gnp_pool_free(single);
 	gnp_table_clear(&one);
 	gnp_table_clear(&two);
+}
+
+/* ---- Weights: untrained, but the projection head starts as plain least squares ---- */
+
+static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
+enum { FILES_COUNT = sizeof FILES / sizeof FILES[0] };
+
+static void weights_path(int i, char path[128])
+{
+	snprintf(path, 128, "%s/%s.safetensors", folder, FILES[i]);
+}
+
+static gnp_status write_weights(int i, struct gnp_error *error)
+{
+	struct gnp_model_source source = {
+		.architecture = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_POOLED, .features = 3, .width = 8, .channels = 2, .neurons = 5,
+		                 .layers = 1, .quadrature = 4, .head_width = 6, .outputs = 16},
+		.recipe = {.k = 42, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.13}, .regime = "clean"};
+	struct gnp_layout layout;
+	char path[128];
+	if (!strstr(FILES[i], "pooled")) {
+		source.architecture.head = GNP_HEAD_PROJECTION;
+		source.architecture.features = 4;
+		source.architecture.shells = 2;
+		source.architecture.shell[0] = 60;
+		source.architecture.shell[1] = 90;
+		source.architecture.ridge = 1e-9;
+		source.architecture.outputs = (unsigned)gnp_projection_outputs(&source.architecture);
+		source.recipe.k = 41;
+	}
+	gnp_status status = gnp_architecture_layout(&source.architecture, &layout, error);
+	if (status != GNP_OK)
+		return status;
+	float *parameters = malloc(layout.total * sizeof *parameters);
+	gnp_initial_parameters(&source.architecture, &layout, 1, parameters);
+	source.parameters = parameters;
+	weights_path(i, path);
+	status = gnp_model_save(path, &source, error);
+	free(parameters);
+	return status;
+}
+
+static bool make_models(struct gnp_error *error)
+{
+	snprintf(folder, sizeof folder, "/tmp/gnp-test-XXXXXX");
+	bool made = mkdtemp(folder);
+	for (int i = 0; i < FILES_COUNT && made; i++)
+		made = write_weights(i, error) == GNP_OK;
+	return made && gnp_models_load(folder, &models, error) == GNP_OK;
+}
+
+static void remove_models(void)
+{
+	char path[128];
+	gnp_models_release(models);
+	for (int i = 0; i < FILES_COUNT; i++) {
+		weights_path(i, path);
+		unlink(path);
+	}
+	rmdir(folder);
 }
 
 int main(int argc, char **argv)
@@ -399,17 +563,22 @@ int main(int argc, char **argv)
 		TEST(points_that_resolve_nothing_are_refused),
 		TEST(centres_are_distinct_and_no_outliers),
 		TEST(too_many_centres_are_refused),
+		TEST(rows_without_their_weights_are_left_out_or_refused),
+		TEST(learned_rows_take_their_models_k),
 		TEST(means_and_medians_are_over_shapes),
 		TEST(a_cell_wins_below_both_printed_rows_only),
+		TEST(verdicts_count_cells),
+		TEST(gnp_is_compared_with_adaptive_off_clean_clouds),
 		TEST(every_cell_is_printed),
 		TEST(a_run_fills_its_selection_alike_for_any_worker_count),
 	};
 	struct gnp_error error = {0};
-	if (gnp_pool_create(2, &pool, &error) != GNP_OK) {
+	if (!make_models(&error) || gnp_pool_create(2, &pool, &error) != GNP_OK) {
 		fprintf(stderr, "%s\n", error.text);
 		return 1;
 	}
 	int failed = RUN_TESTS(tests);
 	gnp_pool_free(pool);
+	remove_models();
 	return failed;
 }

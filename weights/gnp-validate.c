@@ -1,4 +1,4 @@
-/* gnp-validate: judges every estimator by the paper's Table 1 and prints it beside what the paper printed. */
+/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1 and prints it beside what the paper printed. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,9 +12,10 @@
 
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
-	{"quick", 0, NULL, "4 shapes a family, 500 centres each"},
+	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
 	{"table", 0, "N", "which of the paper's tables: 1"},
-	{"estimators", 0, "LIST", "some of the estimators, with commas between"},
+	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
+	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
 	{"regimes", 0, "LIST", "some of clean-30, clean-50, outlier-50, noise-70"},
 	{"shapes", 0, "N", "shapes a family"},
@@ -41,10 +42,10 @@ static const char *regime_name(unsigned i)
 	return info ? info->name : NULL;
 }
 
-static const char *estimator_name(unsigned i)
+static const char *contender_name(unsigned i)
 {
-	const struct gnp_estimator *estimator = gnp_estimator_at((enum gnp_estimator_kind)i);
-	return estimator ? estimator->name : NULL;
+	const struct gnp_contender_info *info = gnp_contender_info((enum gnp_contender)i);
+	return info ? info->name : NULL;
 }
 
 static gnp_status unknown_word(const char *option, const char *word, size_t length, name_fn name, struct gnp_error *error)
@@ -80,8 +81,11 @@ static gnp_status parse_list(const struct gnp_arguments *arguments, const char *
 struct plan {
 	struct gnp_protocol protocol;
 	struct gnp_selection selection;
+	bool named; /* the contenders were: all of them are needed */
 	uint64_t workers;
 };
+
+static const unsigned QUICK_CONTENDERS = 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_GMLS | 1u << GNP_CONTENDER_ADAPTIVE;
 
 static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
@@ -108,10 +112,13 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	bool quick = gnp_arguments_has(arguments, "quick");
 	if (quick && gnp_arguments_has(arguments, "full"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--quick: given with --full, need one of them");
-	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(), 0};
+	unsigned contenders = quick ? QUICK_CONTENDERS : (1u << GNP_CONTENDERS) - 1;
+	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(),
+	                      gnp_arguments_has(arguments, "estimators"), 0};
 	gnp_status status = parse_sizes(arguments, plan, error);
 	if (status == GNP_OK)
-		status = parse_list(arguments, "estimators", estimator_name, &plan->selection.estimators, error);
+		status = parse_list(arguments, "estimators", contender_name, &contenders, error);
+	gnp_selection_take(&plan->selection, contenders);
 	if (status == GNP_OK)
 		status = parse_list(arguments, "families", family_name, &plan->selection.families, error);
 	if (status == GNP_OK)
@@ -153,13 +160,42 @@ static gnp_status save(const struct gnp_arguments *arguments, const char *option
 	return status;
 }
 
+/* Says what is not judged for want of weights, which is left out unless it was named. */
+static void restrict_plan(struct plan *plan, const struct gnp_models *models)
+{
+	struct gnp_selection wanted = plan->selection;
+	struct gnp_row row;
+	if (plan->named)
+		return;
+	gnp_selection_restrict(&plan->selection, models);
+	wanted.families &= ~(wanted.families - 1); /* weights serve all families alike */
+	for (bool more = gnp_selection_next(&wanted, NULL, &row); more; more = gnp_selection_next(&wanted, &row, &row))
+		if (!gnp_selection_has(&plan->selection, &row))
+			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s\"\n", contender_name(row.contender),
+			        regime_name(row.regime), gnp_regime_info(row.regime)->weights, gnp_contender_info(row.contender)->suffix);
+}
+
+/* The table for a plan, still empty. */
+static gnp_status open_table(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_table *table,
+                             struct gnp_error *error)
+{
+	struct gnp_models *models;
+	gnp_status status = gnp_models_load(gnp_arguments_get(arguments, "weights-dir", NULL), &models, error);
+	if (status != GNP_OK)
+		return status;
+	restrict_plan(plan, models);
+	status = gnp_table_create(&plan->protocol, &plan->selection, models, table, error);
+	gnp_models_release(models);
+	return status;
+}
+
 static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_error *error)
 {
 	struct plan plan;
 	struct gnp_table table;
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
-	gnp_status status = gnp_table_create(&plan.protocol, &plan.selection, &table, error);
+	gnp_status status = open_table(arguments, &plan, &table, error);
 	if (status != GNP_OK)
 		return gnp_exit_of(status, false);
 	status = run_plan(&plan, &table, error);
@@ -180,6 +216,7 @@ int main(int argc, char **argv)
 	struct gnp_arguments arguments;
 	struct gnp_error error = {0};
 	enum gnp_exit code = GNP_EXIT_USAGE;
+	gnp_linalg_restart(argv);
 	if (gnp_arguments_parse(argc - 1, argv + 1, options, OPTIONS, 0, &arguments, &error) == GNP_OK) {
 		if (gnp_arguments_has(&arguments, "help")) {
 			puts("gnp-validate: judges the estimators by the paper's Table 1\n\nOptions:");

@@ -40,10 +40,10 @@ const char *gnp_family_name(enum gnp_family family)
 const struct gnp_regime_info *gnp_regime_info(enum gnp_regime regime)
 {
 	static const struct gnp_regime_info regimes[GNP_REGIMES] = {
-		[GNP_REGIME_CLEAN_30] = {"clean-30", "no noise, k = 30", 30, 0, 0, 0},
-		[GNP_REGIME_CLEAN_50] = {"clean-50", "no noise, k = 50", 50, 0, 0, 0},
-		[GNP_REGIME_OUTLIER_50] = {"outlier-50", "a tenth of the points displaced with sigma = 5e-3, k = 50", 50, 0, 0.1, 5e-3},
-		[GNP_REGIME_NOISE_70] = {"noise-70", "every point displaced with sigma = 1e-3, k = 70", 70, 1e-3, 0, 0},
+		[GNP_REGIME_CLEAN_30] = {"clean-30", "no noise, k = 30", "clean_30k", 30, 0, 0, 0},
+		[GNP_REGIME_CLEAN_50] = {"clean-50", "no noise, k = 50", "clean_50k", 50, 0, 0, 0},
+		[GNP_REGIME_OUTLIER_50] = {"outlier-50", "a tenth of the points displaced with sigma = 5e-3, k = 50", "outlier_50k", 50, 0, 0.1, 5e-3},
+		[GNP_REGIME_NOISE_70] = {"noise-70", "every point displaced with sigma = 1e-3, k = 70", "noise_70k", 70, 1e-3, 0, 0},
 	};
 	return (unsigned)regime < GNP_REGIMES ? &regimes[regime] : NULL;
 }

@@ -20,7 +20,7 @@ double gnp_published_error(enum gnp_family family, enum gnp_regime regime, enum 
 bool gnp_published_is_outlying(enum gnp_family family, enum gnp_regime regime, enum gnp_published_model model,
                                enum gnp_score score);
 
-/* Whether a cell is judged, and the smaller of its printed errors: what an estimator's mean has to be below. */
+/* Whether a cell is judged beside both rows, and the smaller of its printed errors: what an estimator's mean has to be below. */
 bool gnp_published_target(enum gnp_family family, enum gnp_regime regime, enum gnp_score score, double *target);
 
 #endif

@@ -4,42 +4,19 @@
 #include <stdlib.h>
 
 #include "memory.h"
-#include "published.h"
 
-struct gnp_selection gnp_selection_all(void)
-{
-	return (struct gnp_selection){(1u << GNP_FAMILIES) - 1, (1u << GNP_REGIMES) - 1, (1u << GNP_ESTIMATOR_KINDS) - 1};
-}
-
-/* Rows as numbers: family, regime, estimator from the most to the least significant. */
-static size_t row_number(const struct gnp_row *row)
-{
-	return ((size_t)row->family * GNP_REGIMES + row->regime) * GNP_ESTIMATOR_KINDS + row->estimator;
-}
-
-bool gnp_selection_next(const struct gnp_selection *selection, const struct gnp_row *row, struct gnp_row *next)
-{
-	size_t number = row ? row_number(row) + 1 : 0;
-	for (; number < (size_t)GNP_FAMILIES * GNP_REGIMES * GNP_ESTIMATOR_KINDS; number++) {
-		unsigned estimator = number % GNP_ESTIMATOR_KINDS, regime = number / GNP_ESTIMATOR_KINDS % GNP_REGIMES;
-		unsigned family = (unsigned)(number / GNP_ESTIMATOR_KINDS / GNP_REGIMES);
-		if (selection->families >> family & selection->regimes >> regime & selection->estimators >> estimator & 1) {
-			*next = (struct gnp_row){(enum gnp_family)family, (enum gnp_regime)regime, (enum gnp_estimator_kind)estimator};
-			return true;
-		}
-	}
-	return false;
-}
-
-gnp_status gnp_table_create(const struct gnp_protocol *protocol, const struct gnp_selection *selection,
+gnp_status gnp_table_create(const struct gnp_protocol *protocol, const struct gnp_selection *selection, struct gnp_models *models,
                             struct gnp_table *out, struct gnp_error *error)
 {
 	if (!protocol->shapes || !protocol->centres)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "table: got %zu shapes and %zu centres, need at least 1",
 		                     protocol->shapes, protocol->centres);
-	struct gnp_table table = {.protocol = *protocol, .selection = *selection};
-	size_t rows = (size_t)GNP_FAMILIES * GNP_REGIMES * GNP_ESTIMATOR_KINDS, items;
-	bool fits = gnp_size_multiply(rows * GNP_SCORES, protocol->shapes, &items);
+	gnp_status status = gnp_selection_check(selection, models, error);
+	if (status != GNP_OK)
+		return status;
+	struct gnp_table table = {.protocol = *protocol, .selection = *selection, .models = gnp_models_retain(models)};
+	size_t items;
+	bool fits = gnp_size_multiply((size_t)GNP_ROWS * GNP_SCORES, protocol->shapes, &items);
 	table.errors = fits ? gnp_array_zero(items, sizeof *table.errors) : NULL;
 	table.shapes = fits ? gnp_array_zero(GNP_FAMILIES * protocol->shapes, sizeof *table.shapes) : NULL;
 	if (!table.errors || !table.shapes) {
@@ -52,6 +29,7 @@ gnp_status gnp_table_create(const struct gnp_protocol *protocol, const struct gn
 
 void gnp_table_clear(struct gnp_table *table)
 {
+	gnp_models_release(table->models);
 	free(table->shapes);
 	free(table->errors);
 	*table = (struct gnp_table){0};
@@ -62,9 +40,22 @@ struct gnp_table_shape *gnp_table_shape(const struct gnp_table *table, enum gnp_
 	return &table->shapes[family * table->protocol.shapes + shape];
 }
 
+const struct gnp_model *gnp_table_model(const struct gnp_table *table, const struct gnp_row *row)
+{
+	const struct gnp_model *model;
+	gnp_contender_model(row->contender, row->regime, table->models, &model, NULL); /* there, as create saw to */
+	return model;
+}
+
+int gnp_table_k(const struct gnp_table *table, const struct gnp_row *row)
+{
+	const struct gnp_model *model = gnp_table_model(table, row);
+	return model ? (int)model->recipe.k : gnp_regime_info(row->regime)->k;
+}
+
 double *gnp_table_errors(const struct gnp_table *table, const struct gnp_row *row, size_t shape)
 {
-	return table->errors + GNP_SCORES * (row_number(row) * table->protocol.shapes + shape);
+	return table->errors + GNP_SCORES * (gnp_row_number(row) * table->protocol.shapes + shape);
 }
 
 double gnp_table_mean(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score)
@@ -100,8 +91,52 @@ double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row
 	return (ranked(table, row, score, (count - 1) / 2) + ranked(table, row, score, count / 2)) / 2;
 }
 
+bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *row, struct gnp_row *next)
+{
+	struct gnp_row at;
+	for (bool more = gnp_selection_next(&table->selection, row, &at); more; more = gnp_selection_next(&table->selection, &at, &at)) {
+		const struct gnp_regime_info *info = gnp_regime_info(at.regime);
+		const struct gnp_row beside = {at.family, at.regime, GNP_CONTENDER_ADAPTIVE};
+		bool clean = info->noise == 0 && info->outlier_fraction == 0;
+		if (at.contender == GNP_CONTENDER_GNP && !clean && gnp_selection_has(&table->selection, &beside)) {
+			*next = at;
+			return true;
+		}
+	}
+	return false;
+}
+
+double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_contender other, enum gnp_score score)
+{
+	const struct gnp_row beside = {row->family, row->regime, other};
+	return gnp_table_mean(table, row, score) / gnp_table_mean(table, &beside, score);
+}
+
+bool gnp_table_beats_one(const struct gnp_table *table, const struct gnp_row *row, enum gnp_published_model model,
+                         enum gnp_score score)
+{
+	return !gnp_published_is_outlying(row->family, row->regime, model, score) &&
+	       gnp_table_mean(table, row, score) < gnp_published_error(row->family, row->regime, model, score);
+}
+
 bool gnp_table_beats(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score)
 {
 	double target;
 	return gnp_published_target(row->family, row->regime, score, &target) && gnp_table_mean(table, row, score) < target;
+}
+
+struct gnp_verdict gnp_table_verdict(const struct gnp_table *table, enum gnp_contender contender)
+{
+	struct gnp_verdict verdict = {0};
+	struct gnp_row row;
+	double target;
+	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more; more = gnp_selection_next(&table->selection, &row, &row))
+		for (int s = 0; s < GNP_SCORES && row.contender == contender; s++) {
+			enum gnp_score score = (enum gnp_score)s;
+			verdict.cells++;
+			verdict.below_gnp += gnp_table_beats_one(table, &row, GNP_PUBLISHED_GNP, score);
+			verdict.judged += gnp_published_target(row.family, row.regime, score, &target);
+			verdict.below_both += gnp_table_beats(table, &row, score);
+		}
+	return verdict;
 }

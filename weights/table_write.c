@@ -1,17 +1,15 @@
 #include <inttypes.h>
-#include <math.h>
 #include <string.h>
 
-#include "published.h"
 #include "table.h"
 
 /* One layout for people, plain or as Markdown. */
 struct style {
 	const char *heading, *open, *between, *close, *paragraph;
-	bool ruled; /* a line of dashes below the headings */
+	bool ruled; /* a line of dashes below a table's headings, an empty one before it and before a list */
 };
 static const struct style text = {"\n%s\n", "  ", "  ", "\n", "\n%s\n", false};
-static const struct style markdown = {"\n## %s\n\n", "| ", " | ", " |\n", "\n%s\n", true};
+static const struct style markdown = {"\n## %s\n", "| ", " | ", " |\n", "\n%s\n", true};
 
 enum { COLUMNS = 3 + GNP_SCORES, CELL = 24 };
 static const int WIDTHS[COLUMNS] = {-10, -16, 10, 14, 10, 10, 10, 8};
@@ -27,12 +25,15 @@ static void write_line(const struct style *style, const struct line *line, FILE 
 	fputs(style->close, out);
 }
 
-static void write_columns(const struct style *style, FILE *out)
+static void write_columns(const struct style *style, const char *second, FILE *out)
 {
-	struct line line = {{"regime", "model"}}, rule;
+	struct line line = {{"regime"}}, rule;
+	snprintf(line.cells[1], CELL, "%s", second);
 	for (int s = 0; s < GNP_SCORES; s++)
 		snprintf(line.cells[2 + s], CELL, "%s", gnp_score_heading((enum gnp_score)s));
 	snprintf(line.cells[COLUMNS - 1], CELL, "seconds");
+	if (style->ruled)
+		fputs("\n", out);
 	write_line(style, &line, out);
 	for (int c = 0; c < COLUMNS; c++)
 		snprintf(rule.cells[c], CELL, "%s", WIDTHS[c] < 0 ? "---" : "---:");
@@ -65,7 +66,7 @@ static void write_published(const struct style *style, const struct gnp_row *row
 
 static void write_row(const struct style *style, const struct gnp_table *table, const struct gnp_row *row, FILE *out)
 {
-	const char *name = gnp_estimator_at(row->estimator)->name;
+	const char *name = gnp_contender_info(row->contender)->name;
 	struct line mean = line_of(row->regime, name, "mean"), median = line_of(row->regime, name, "median");
 	for (int s = 0; s < GNP_SCORES; s++) {
 		enum gnp_score score = (enum gnp_score)s;
@@ -73,7 +74,7 @@ static void write_row(const struct style *style, const struct gnp_table *table, 
 		         gnp_table_beats(table, row, score) ? '+' : ' ');
 		snprintf(median.cells[2 + s], CELL, "%.2e ", gnp_table_median(table, row, score));
 	}
-	snprintf(mean.cells[COLUMNS - 1], CELL, "%.1f", table->seconds[row->family][row->regime][row->estimator]);
+	snprintf(mean.cells[COLUMNS - 1], CELL, "%.1f", table->seconds[row->family][row->regime][row->contender]);
 	write_line(style, &mean, out);
 	write_line(style, &median, out);
 }
@@ -85,7 +86,7 @@ static void write_family(const struct style *style, const struct gnp_table *tabl
 	char heading[80];
 	snprintf(heading, sizeof heading, "%s manifolds", gnp_family_name(family));
 	fprintf(out, style->heading, heading);
-	write_columns(style, out);
+	write_columns(style, "model", out);
 	selection.families &= 1u << family;
 	for (bool more = gnp_selection_next(&selection, NULL, &row), first = true; more; first = false) {
 		if (first || row.regime != previous.regime)
@@ -96,24 +97,62 @@ static void write_family(const struct style *style, const struct gnp_table *tabl
 	}
 }
 
+/* An item of a list, the first of it or not. */
+static void write_item(const struct style *style, bool first, const char *item, FILE *out)
+{
+	fprintf(out, "%s- %s\n", style->ruled && first ? "\n" : "", item);
+}
+
 static void write_verdicts(const struct style *style, const struct gnp_table *table, FILE *out)
 {
-	for (int e = 0; e < GNP_ESTIMATOR_KINDS; e++) {
-		struct gnp_selection selection = table->selection;
-		struct gnp_row row;
-		int judged = 0, below = 0;
-		double target;
-		selection.estimators &= 1u << e;
-		for (bool more = gnp_selection_next(&selection, NULL, &row); more; more = gnp_selection_next(&selection, &row, &row))
-			for (int s = 0; s < GNP_SCORES; s++) {
-				judged += gnp_published_target(row.family, row.regime, (enum gnp_score)s, &target);
-				below += gnp_table_beats(table, &row, (enum gnp_score)s);
-			}
-		char verdict[120];
-		snprintf(verdict, sizeof verdict, "%s: %d of %d judged cells below both of the paper's rows.",
-		         gnp_estimator_at((enum gnp_estimator_kind)e)->name, below, judged);
-		if (judged)
-			fprintf(out, style->paragraph, verdict);
+	for (int c = 0; c < GNP_CONTENDERS; c++) {
+		const struct gnp_verdict verdict = gnp_table_verdict(table, (enum gnp_contender)c);
+		char line[160];
+		snprintf(line, sizeof line, "%s: %d of %d cells below the paper's GNP row, %d of %d judged cells below both of its rows.",
+		         gnp_contender_info((enum gnp_contender)c)->name, verdict.below_gnp, verdict.cells, verdict.below_both, verdict.judged);
+		if (verdict.cells)
+			fprintf(out, style->paragraph, line);
+	}
+}
+
+static void write_ratios(const struct style *style, const struct gnp_table *table, FILE *out)
+{
+	struct gnp_row row;
+	bool more = gnp_table_next_ratio(table, NULL, &row);
+	if (!more)
+		return;
+	fprintf(out, style->heading, "gnp over adaptive");
+	write_columns(style, "family", out);
+	for (; more; more = gnp_table_next_ratio(table, &row, &row)) {
+		const double *seconds = table->seconds[row.family][row.regime];
+		struct line line = line_of(row.regime, gnp_family_name(row.family), "");
+		for (int s = 0; s < GNP_SCORES; s++)
+			snprintf(line.cells[2 + s], CELL, "%.3g ", gnp_table_ratio(table, &row, GNP_CONTENDER_ADAPTIVE, (enum gnp_score)s));
+		snprintf(line.cells[COLUMNS - 1], CELL, "%.2f", seconds[GNP_CONTENDER_GNP] / seconds[GNP_CONTENDER_ADAPTIVE]);
+		write_line(style, &line, out);
+	}
+	fprintf(out, style->paragraph, "The quotients of their means, and of their seconds: below 1 gnp is the better.");
+}
+
+/* Weights serve all families alike, so the rows of one say it. */
+static void write_weights(const struct style *style, const struct gnp_table *table, FILE *out)
+{
+	struct gnp_selection selection = table->selection;
+	struct gnp_row row;
+	bool first = true;
+	selection.families &= ~(selection.families - 1);
+	for (bool more = gnp_selection_next(&selection, NULL, &row); more; more = gnp_selection_next(&selection, &row, &row)) {
+		const struct gnp_model *model = gnp_table_model(table, &row);
+		if (!model)
+			continue;
+		if (first)
+			fprintf(out, style->heading, "Weights");
+		char item[240];
+		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %u, sha256 %s", gnp_contender_info(row.contender)->name,
+		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head), model->recipe.k,
+		         model->sha256);
+		write_item(style, first, item, out);
+		first = false;
 	}
 }
 
@@ -128,8 +167,9 @@ static const char *const MARKS_NOTE =
 	"normal a hundred times better and the metric three thousand times worse than at k = 30): those columns are not judged there.";
 
 static const char *const NORMALS_NOTE =
-	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward;\n"
-	"adaptive also leaves out of a patch the points whose normals are turned away from its centre's.";
+	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward; adaptive, and gnp\n"
+	"with the projection head, also leave out of a patch the points whose normals are turned away from its centre's. k is that of\n"
+	"the regime; gnp and pooled are the estimator gnp with the weights trained for the regime, which bring their own.";
 
 static const char *const RULE_NOTE =
 	"The paper's toroidal law has members folded more sharply than the spacing of the points, which no patch can resolve. A draw\n"
@@ -144,10 +184,11 @@ static void write_protocol(const struct style *style, const struct gnp_table *ta
 	         "Seeds: from %" PRIu64 " on, which no training may use.",
 	         table->protocol.shapes, table->protocol.points, table->protocol.centres, GNP_SEED_VALIDATION);
 	fprintf(out, style->paragraph, line);
-	for (int r = 0; r < GNP_REGIMES; r++) {
+	for (int r = 0, listed = 0; r < GNP_REGIMES; r++) {
 		const struct gnp_regime_info *info = gnp_regime_info((enum gnp_regime)r);
+		snprintf(line, sizeof line, "%s: %s", info->name, info->help);
 		if (table->selection.regimes >> r & 1)
-			fprintf(out, "%s- %s: %s\n", style->ruled && r == 0 ? "\n" : "", info->name, info->help);
+			write_item(style, listed++ == 0, line, out);
 	}
 	fprintf(out, style->paragraph, COLUMNS_NOTE);
 	fprintf(out, style->paragraph, MARKS_NOTE);
@@ -165,7 +206,11 @@ static void write_styled(const struct style *style, const struct gnp_table *tabl
 	for (int f = 0; f < GNP_FAMILIES; f++)
 		if (table->selection.families >> f & 1)
 			write_family(style, table, (enum gnp_family)f, out);
+	fprintf(out, style->heading, "Summary");
 	write_verdicts(style, table, out);
+	write_ratios(style, table, out);
+	write_weights(style, table, out);
+	fprintf(out, style->heading, "Protocol");
 	write_protocol(style, table, out);
 }
 
@@ -179,100 +224,4 @@ void gnp_table_write_markdown(const struct gnp_table *table, FILE *out)
 {
 	fputs("# Validation\n\nThe paper's Table 1, accuracy and robustness at patch centres, by `make validate` (`gnp-validate`).\n", out);
 	write_styled(&markdown, table, out);
-}
-
-/* ---- JSON ---- */
-
-static void write_number(double value, FILE *out)
-{
-	if (isfinite(value))
-		fprintf(out, "%.6e", value);
-	else
-		fputs("null", out);
-}
-
-static void write_scores(const char *name, const double errors[GNP_SCORES], FILE *out)
-{
-	fprintf(out, "\"%s\": {", name);
-	for (int s = 0; s < GNP_SCORES; s++) {
-		fprintf(out, "%s\"%s\": ", s ? ", " : "", gnp_score_name((enum gnp_score)s));
-		write_number(errors[s], out);
-	}
-	fputs("}", out);
-}
-
-static void write_json_published(const struct gnp_row *row, FILE *out)
-{
-	for (int m = 0; m < GNP_PUBLISHED_MODELS; m++) {
-		enum gnp_published_model model = (enum gnp_published_model)m;
-		double errors[GNP_SCORES];
-		char name[CELL];
-		for (int s = 0; s < GNP_SCORES; s++)
-			errors[s] = gnp_published_error(row->family, row->regime, model, (enum gnp_score)s);
-		snprintf(name, sizeof name, "paper_%s", gnp_published_name(model));
-		write_scores(name, errors, out);
-		fputs(",\n    ", out);
-	}
-}
-
-static void write_json_verdict(const struct gnp_table *table, const struct gnp_row *row, FILE *out)
-{
-	double target;
-	fputs("\"below_both\": {", out);
-	for (int s = 0; s < GNP_SCORES; s++) {
-		enum gnp_score score = (enum gnp_score)s;
-		bool judged = gnp_published_target(row->family, row->regime, score, &target);
-		fprintf(out, "%s\"%s\": %s", s ? ", " : "", gnp_score_name(score),
-		        !judged ? "null" : gnp_table_beats(table, row, score) ? "true" : "false");
-	}
-	fputs("}", out);
-}
-
-static void write_json_row(const struct gnp_table *table, const struct gnp_row *row, FILE *out)
-{
-	const struct gnp_regime_info *regime = gnp_regime_info(row->regime);
-	double mean[GNP_SCORES], median[GNP_SCORES];
-	for (int s = 0; s < GNP_SCORES; s++) {
-		mean[s] = gnp_table_mean(table, row, (enum gnp_score)s);
-		median[s] = gnp_table_median(table, row, (enum gnp_score)s);
-	}
-	fprintf(out, "   {\"family\": \"%s\", \"regime\": \"%s\", \"k\": %d, \"estimator\": \"%s\", \"seconds\": %.2f,\n    ",
-	        gnp_family_name(row->family), regime->name, regime->k, gnp_estimator_at(row->estimator)->name,
-	        table->seconds[row->family][row->regime][row->estimator]);
-	write_scores("mean", mean, out);
-	fputs(",\n    ", out);
-	write_scores("median", median, out);
-	fputs(",\n    ", out);
-	write_json_published(row, out);
-	write_json_verdict(table, row, out);
-	fputs(",\n    \"shapes\": [", out);
-	for (size_t i = 0; i < table->protocol.shapes; i++) {
-		const struct gnp_table_shape *shape = gnp_table_shape(table, row->family, i);
-		fprintf(out, "%s\n     {\"seed\": %" PRIu64 ", \"degree\": %u, \"sharpness\": %.4f, ", i ? "," : "", shape->seed,
-		        shape->degree, shape->sharpness);
-		write_scores("errors", gnp_table_errors(table, row, i), out);
-		fputs("}", out);
-	}
-	fputs("]}", out);
-}
-
-void gnp_table_write_json(const struct gnp_table *table, FILE *out)
-{
-	const struct gnp_protocol *protocol = &table->protocol;
-	struct gnp_row row;
-	fprintf(out,
-	        "{\"table\": 1,\n \"protocol\": {\"points\": %zu, \"shapes\": %zu, \"centres\": %zu, \"first_seed\": %" PRIu64
-	        ", \"drawn\": {",
-	        protocol->points, protocol->shapes, protocol->centres, GNP_SEED_VALIDATION);
-	for (int f = 0; f < GNP_FAMILIES; f++)
-		fprintf(out, "%s\"%s\": %zu", f ? ", " : "", gnp_family_name((enum gnp_family)f), table->drawn[f]);
-	fputs("},\n  \"resolved\": \"largest |principal curvature| * epsilon <= 1, epsilon = 1.1 sqrt(30 A / (pi N)); toroidal only\"},\n"
-	      " \"rows\": [\n",
-	      out);
-	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more;) {
-		write_json_row(table, &row, out);
-		more = gnp_selection_next(&table->selection, &row, &row);
-		fputs(more ? ",\n" : "\n", out);
-	}
-	fputs(" ]}\n", out);
 }

@@ -2,15 +2,11 @@
 
 #include "estimate.h"
 
-static unsigned bits(unsigned mask)
-{
-	return (unsigned)__builtin_popcount(mask);
-}
-
+/* A step for each shape drawn and one for each time it is judged. */
 static size_t step_count(const struct gnp_table *table)
 {
-	const struct gnp_selection *selection = &table->selection;
-	return bits(selection->families) * table->protocol.shapes * (1 + bits(selection->regimes) * bits(selection->estimators));
+	size_t families = (size_t)__builtin_popcount(table->selection.families);
+	return table->protocol.shapes * (families + gnp_selection_count(&table->selection));
 }
 
 static gnp_status finish_step(struct gnp_task *task, struct gnp_error *error)
@@ -20,16 +16,17 @@ static gnp_status finish_step(struct gnp_task *task, struct gnp_error *error)
 	return gnp_task_check(task, error);
 }
 
-/* One estimator in the regime the subject is in. */
-static gnp_status judge(const struct gnp_subject *subject, const struct gnp_row *row, struct gnp_pool *pool, double *errors,
-                        double *seconds, struct gnp_error *error)
+/* One contender in the regime the subject is in. */
+static gnp_status judge(const struct gnp_table *table, const struct gnp_subject *subject, const struct gnp_row *row,
+                        struct gnp_pool *pool, double *errors, double *seconds, struct gnp_error *error)
 {
 	const struct gnp_sample *sample = &subject->sample;
 	const struct gnp_cloud cloud = {sample->count, sample->points, sample->normals};
 	struct gnp_estimate_options options = gnp_estimate_defaults();
 	struct gnp_estimate estimate;
-	options.estimator = row->estimator;
-	options.k = gnp_regime_info(row->regime)->k;
+	options.estimator = (int)gnp_contender_info(row->contender)->estimator;
+	options.model = gnp_table_model(table, row);
+	options.k = gnp_table_k(table, row);
 	options.quantities = gnp_score_quantities();
 	double start = gnp_clock();
 	gnp_status status = gnp_estimate_at(&cloud, &options, subject->centres, subject->centre_count, pool, NULL, &estimate, error);
@@ -55,8 +52,8 @@ static gnp_status judge_shape(struct gnp_table *table, struct gnp_subject *subje
 			status = gnp_subject_enter(subject, row.regime, error);
 		entered = (int)row.regime;
 		if (status == GNP_OK)
-			status = judge(subject, &row, pool, gnp_table_errors(table, &row, shape),
-			               &table->seconds[row.family][row.regime][row.estimator], error);
+			status = judge(table, subject, &row, pool, gnp_table_errors(table, &row, shape),
+			               &table->seconds[row.family][row.regime][row.contender], error);
 		if (status == GNP_OK)
 			status = finish_step(task, error);
 	}
