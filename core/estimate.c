@@ -6,6 +6,7 @@
 
 #include "cover.h"
 #include "memory.h"
+#include "model.h"
 #include "prepare.h"
 #include "surface.h"
 
@@ -85,7 +86,7 @@ static gnp_status check_options(const struct gnp_estimate_options *options, stru
 			return status;
 	}
 	struct gnp_basis basis = basis_of(options);
-	if (!estimator_of(options)->learned && basis.kind != GNP_BASIS_TAYLOR && gnp_basis_size(basis) > (size_t)options->k)
+	if (basis.kind != GNP_BASIS_TAYLOR && gnp_basis_size(basis) > (size_t)options->k)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %d, need at least %zu for degree %d", options->k,
 		                     gnp_basis_size(basis), options->degree);
 	return check_quantities(options, error);
@@ -264,7 +265,20 @@ static void book_search(struct work *work, struct gnp_task *task)
 		                task->seconds[GNP_STAGE_ESTIMATE] * search / total);
 }
 
-static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, struct gnp_task *task,
+/* Some estimators look for outliers in some clouds only. As with quantities that an estimator never has: "all" goes without. */
+static gnp_status check_judged(struct work *work, const struct gnp_estimate_options *options, struct gnp_error *error)
+{
+	if (work->outlier || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
+		return GNP_OK;
+	if (options->quantities != GNP_QUANTITY_ALL)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with auto)",
+		                     work->estimator->name, work->fit.model ? work->fit.model->name : "auto");
+	work->quantities &= ~GNP_QUANTITY_BIT(GNP_OUTLIER);
+	return GNP_OK;
+}
+
+static gnp_status prepare_estimator(struct work *work, const struct gnp_estimate_options *options, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
@@ -282,7 +296,7 @@ static gnp_status prepare_estimator(struct work *work, struct gnp_pool *pool, st
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, the neighbours of a patch",
 		                       prepared->count, work->rule.k);
 	work->fit.basis = work->rule.basis;
-	return status;
+	return status == GNP_OK ? check_judged(work, options, error) : status;
 }
 
 /* Which patches there are, and what each serves. */
@@ -318,10 +332,11 @@ static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const s
 	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .model = options->model, .models = options->models},
 	                    .quantities = options->quantities & offered_quantities(estimator),
-	                    .rule = {.k = (size_t)options->k, .served = (size_t)options->k / 3, .buffer = 1, .delta0_ratio = 0.1, .basis = basis_of(options)},
+	                    .rule = {.k = (size_t)options->k, .served = (size_t)options->k / 3, .buffer = 1, .delta0_ratio = 0.1,
+	                             .basis = basis_of(options)},
 	                    .out = estimate};
 	gnp_task_stage(task, GNP_STAGE_PREPARE, 0);
-	gnp_status status = prepare_estimator(&work, pool, task, error);
+	gnp_status status = prepare_estimator(&work, options, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, prepared->count);
 	if (status == GNP_OK)
 		status = make_cover(&work, options, pool, task, error);

@@ -17,7 +17,7 @@ static struct gnp_basis taylor(struct gnp_basis wanted)
 }
 
 static const struct gnp_estimator table[GNP_ESTIMATOR_KINDS] = {
-	[GNP_ESTIMATOR_GNP] = {.name = "gnp", .learned = true, .basis = taylor, .prepare = gnp_learned_prepare,
+	[GNP_ESTIMATOR_GNP] = {.name = "gnp", .basis = taylor, .prepare = gnp_learned_prepare,
 	                       .release = gnp_learned_release, .model = gnp_learned_model, .rule = gnp_learned_rule,
 	                       .reach = gnp_learned_reach, .served = gnp_learned_served, .outliers = gnp_learned_outliers,
 	                       .normals = gnp_learned_normals, .fit = gnp_learned_fit},

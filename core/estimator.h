@@ -62,7 +62,6 @@ typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const vo
 struct gnp_estimator {
 	const char *name;
 	bool errors;         /* gives standard errors */
-	bool learned;        /* runs a model, which brings its own k */
 	/* The basis of its surfaces, or the largest it may take, given the options'. */
 	struct gnp_basis (*basis)(struct gnp_basis wanted);
 	/* Looks at the whole cloud once; *state is freed by release. Both may be NULL. */
@@ -78,7 +77,7 @@ struct gnp_estimator {
 	/* How many points about this one a patch may serve as well as one of their own would, at most
 	 * GNP_SERVED_MAX; NULL: 1. */
 	size_t (*served)(const void *state, uint32_t point);
-	/* Which points it takes for outliers, (count) 0 or 1; NULL: it does not judge. */
+	/* Which points it takes for outliers, (count) 0 or 1; NULL, also from the function: it does not judge. */
 	const unsigned char *(*outliers)(const void *state);
 	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that no
 	 * point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */

@@ -12,14 +12,19 @@
 #include "projection_fit.h"
 #include "sheets.h"
 
-/* Least share of outliers that is taken for more than chance, and least noise, in units of epsilon, that clean models are not for. */
+/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean models are not
+ * the better ones. */
 static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 7e-4;
 
-enum { POINTS_A_SERVED = 60 }; /* of a support, for each point its patch may serve as well as that point's own would */
+enum {
+	POINTS_A_SERVED = 60, /* of a support, for each point its patch may serve as well as that point's own would */
+	BATCH = 16            /* patches the projection head sees at a time */
+};
 
 struct state {
 	const struct gnp_model *model;
 	size_t count;
+	bool judged;            /* outliers were looked for; else none are marked */
 	unsigned char *outlier; /* (count) */
 	double *normals;        /* (count, 3) of the sheet each point belongs to */
 };
@@ -61,10 +66,11 @@ static gnp_status choose_model(const struct gnp_models *models, const char *regi
 static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct state *state,
                                 struct gnp_error *error)
 {
+	state->judged = true;
 	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
 }
 
-/* Looks at the cloud; the outliers it finds stay found where they are many. */
+/* Looks at the cloud. The outliers found stay out of patches whichever model it is. */
 static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models, struct gnp_pool *pool,
                                   struct gnp_task *task, struct state *state, struct gnp_error *error)
 {
@@ -143,7 +149,8 @@ void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
 	const struct state *state = pointer;
 	const struct gnp_recipe *recipe = &state->model->recipe;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, legendre = {GNP_BASIS_TENSOR, 3};
-	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 2 * third; /* pooled: trained on all of it */
+	/* The pooled head is trained on the whole patch. */
+	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 2 * third;
 	*rule = (struct gnp_patch_rule){recipe->k,      middle > third ? middle : third, recipe->buffer, recipe->delta0_ratio,
 	                                recipe->delta0, recipe->height_scale,            is_projection(state) ? taylor : legendre};
 }
@@ -164,7 +171,8 @@ size_t gnp_learned_served(const void *pointer, uint32_t point)
 
 const unsigned char *gnp_learned_outliers(const void *pointer)
 {
-	return ((const struct state *)pointer)->outlier;
+	const struct state *state = pointer;
+	return state->judged ? state->outlier : NULL;
 }
 
 const double *gnp_learned_normals(const void *pointer)
@@ -189,21 +197,39 @@ static size_t usable(const void *context, const struct gnp_patch *patch, size_t 
 	return gnp_sheets_usable(state->normals, state->outlier, patch, most, positions);
 }
 
-static gnp_status fit_projection(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
-                                 struct gnp_scratch *scratch, struct gnp_error *error)
+/* Of at most BATCH patches: their sums take 100 kB each. coefficients (count, GNP_TAYLOR_STRIDE) out. */
+static gnp_status fit_batch(const struct state *state, const struct gnp_patch *patches, size_t count, double *coefficients,
+                            struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_operator *network = state->model->network;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
 	struct gnp_projected projected;
-	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected,
-	                                           scratch, error);
+	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected, scratch, error);
 	if (status == GNP_OK)
 		status = gnp_projected_solve(network, false, &projected, scratch, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
 		const struct gnp_projection_fit *fit = &projected.fits[p];
-		set_surface(&patches[p], taylor, fit->coefficients, patches[p].scale_xy, &fits[p]);
+		double *own = coefficients + p * GNP_TAYLOR_STRIDE;
+		memcpy(own, fit->coefficients, sizeof fit->coefficients);
+		set_surface(&patches[p], taylor, own, patches[p].scale_xy, &fits[p]);
 		fits[p].residual = fit->weight > 0 ? sqrt(fit->misfit / fit->weight) * patches[p].scale_xy : 0;
 		fits[p].reduced = projected.sums[p].count[0] < network->architecture.shell[0];
+	}
+	return status;
+}
+
+static gnp_status fit_projection(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
+                                 struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	double *coefficients = gnp_scratch_take(scratch, count * GNP_TAYLOR_STRIDE, sizeof *coefficients);
+	gnp_status status = GNP_OK;
+	if (!coefficients)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu patches", count);
+	for (size_t first = 0; first < count && status == GNP_OK; first += BATCH) {
+		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+		size_t some = count - first < BATCH ? count - first : BATCH;
+		status = fit_batch(state, patches + first, some, coefficients + first * GNP_TAYLOR_STRIDE, fits + first, scratch, error);
+		gnp_scratch_release(scratch, mark);
 	}
 	return status;
 }

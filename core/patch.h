@@ -32,9 +32,9 @@ struct gnp_patch_source {
 	const double *points;  /* (n, 3) */
 	const double *normals; /* (n, 3) unit */
 	size_t k;              /* neighbours, the centre included, that set epsilon */
-	double delta0_ratio;   /* > 0, or */
+	double delta0_ratio;   /* smallest height scale in units of epsilon, > 0 unless delta0 is */
 	bool one_sheet;        /* origin, frame and height scale are those of the points that face as the centre does */
-	double delta0;         /* the smallest height scale as a length; 0: delta0_ratio tells it */
+	double delta0;         /* the same as a length, which then counts; 0: delta0_ratio does */
 	double height_scale;   /* heights are divided by this many standard deviations of them; 0: 2 */
 };
 

@@ -1,30 +1,21 @@
 /* The training loss against automatic differentiation: tests/oracle_loss.py made tests/data/loss.npz. */
-#include "file.h"
+#include "frozen.h"
 #include "loss.h"
 #include "random.h"
 #include "test.h"
 
 enum { PATCHES = 4, POINTS = 9 };
 
-static struct gnp_tensors frozen;
-static unsigned char body[65536]; /* what frozen may borrow from */
+static struct frozen frozen = {.path = "tests/data/loss.npz"};
 
 static const double *doubles(const char *name, size_t count)
 {
-	if (!frozen.count) {
-		FILE *file = fopen("tests/data/loss.npz", "rb"); /* tests run in the repository's root */
-		size_t size = file ? fread(body, 1, sizeof body, file) : 0;
-		if (file)
-			fclose(file);
-		if (gnp_file_decode_all(GNP_FORMAT_NPZ, body, size, &frozen, NULL) != GNP_OK)
-			exit(1);
-	}
-	const struct gnp_tensor *tensor = gnp_tensors_find(&frozen, name);
-	if (!tensor || tensor->datatype != GNP_FP64 || tensor->size != count * sizeof(double)) {
-		fprintf(stderr, "tests/data/loss.npz: %s is not what it should be\n", name);
+	const double *values = frozen_doubles(&frozen, name, count);
+	if (!values) {
+		fprintf(stderr, "%s: %s is not what it should be\n", frozen.path, name);
 		exit(1);
 	}
-	return tensor->data;
+	return values;
 }
 
 struct problem {
@@ -106,6 +97,36 @@ static void gradient_agrees_with_differences(void)
 		}
 }
 
+/* The loss of points together by the logarithms of their terms. */
+static double cell_of(const struct problem *problem, struct gnp_jet *gradient)
+{
+	static const struct gnp_loss_rule rule = {.lambda = {0.3, 0.2, 0.2, 0.5, 0.6, 0.7, 0.1}, .most = HUGE_VAL};
+	const struct gnp_truth *truth[POINTS];
+	struct gnp_jet unused[POINTS];
+	for (size_t i = 0; i < POINTS; i++)
+		truth[i] = &problem->truth[i];
+	return gnp_loss_cell(&rule, &problem->scale, truth, problem->jets, POINTS, gradient ? gradient : unused);
+}
+
+static void cells_count_by_the_logarithm_of_their_error(void)
+{
+	struct problem problem = problem_of(3), twice = problem;
+	struct gnp_jet gradient[POINTS];
+	double loss = cell_of(&problem, gradient);
+	for (size_t i = 0; i < POINTS; i++)
+		for (int c = 0; c < 6; c++) {
+			struct problem up = problem, down = problem;
+			double step = 1e-6 * (1 + fabs(*entry(&problem.jets[i], c)));
+			*entry(&up.jets[i], c) += step;
+			*entry(&down.jets[i], c) -= step;
+			CHECK_NEAR(*entry(&gradient[i], c), (cell_of(&up, NULL) - cell_of(&down, NULL)) / (2 * step), 1e-6);
+		}
+	/* height is linear: twice its error costs 0.3 log 2 more */
+	for (size_t i = 0; i < POINTS; i++)
+		twice.jets[i].f += problem.jets[i].f - problem.truth[i].jet.f;
+	CHECK_NEAR(cell_of(&twice, NULL) - loss, 0.3 * log(2), 1e-6);
+}
+
 static void the_truth_costs_nothing_and_pulls_nowhere(void)
 {
 	struct problem problem = problem_of(0);
@@ -152,11 +173,12 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {
 		TEST(loss_and_gradient_agree_with_automatic_differentiation),
 		TEST(gradient_agrees_with_differences),
+		TEST(cells_count_by_the_logarithm_of_their_error),
 		TEST(the_truth_costs_nothing_and_pulls_nowhere),
 		TEST(a_flat_truth_gives_finite_loss),
 		TEST(lengths_do_not_matter),
 	};
 	int failed = RUN_TESTS(tests);
-	gnp_tensors_clear(&frozen);
+	gnp_tensors_clear(&frozen.tensors);
 	return failed;
 }

@@ -1,6 +1,6 @@
 /* The published networks against automatic differentiation: tests/oracle_operator.py made tests/data/operator.npz and says how
  * parameters are made. */
-#include "file.h"
+#include "frozen.h"
 #include "linalg.h"
 #include "pooled.h"
 #include "quadrature.h"
@@ -8,25 +8,16 @@
 
 enum { PATCHES = 2, OUTPUTS = 16, SAMPLES = 12, NODES = 90 };
 
-static struct gnp_tensors frozen;
-static unsigned char body[65536]; /* what frozen may borrow from */
+static struct frozen frozen = {.path = "tests/data/operator.npz"};
 
 static const double *doubles(const char *name, size_t count)
 {
-	if (!frozen.count) {
-		FILE *file = fopen("tests/data/operator.npz", "rb"); /* tests run in the repository's root */
-		size_t size = file ? fread(body, 1, sizeof body, file) : 0;
-		if (file)
-			fclose(file);
-		if (gnp_file_decode_all(GNP_FORMAT_NPZ, body, size, &frozen, NULL) != GNP_OK)
-			exit(1);
-	}
-	const struct gnp_tensor *tensor = gnp_tensors_find(&frozen, name);
-	if (!tensor || tensor->datatype != GNP_FP64 || tensor->size != count * sizeof(double)) {
-		fprintf(stderr, "tests/data/operator.npz: %s is not what it should be\n", name);
+	const double *values = frozen_doubles(&frozen, name, count);
+	if (!values) {
+		fprintf(stderr, "%s: %s is not what it should be\n", frozen.path, name);
 		exit(1);
 	}
-	return tensor->data;
+	return values;
 }
 
 static double uniform(size_t row, size_t i)

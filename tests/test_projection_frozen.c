@@ -1,7 +1,7 @@
 /* Models against another hand's: tests/oracle_projection.py made tests/data/projection.npz from every file of weights/ and from two
  * networks of a formula, and says how patches and parameters are made. When a file of weights changes:
  * python3 tests/oracle_projection.py weights */
-#include "file.h"
+#include "frozen.h"
 #include "legendre.h"
 #include "linalg.h"
 #include "models.h"
@@ -11,30 +11,19 @@
 
 enum { PATCHES = 4, SIZE = GNP_TAYLOR_SIZE, ORDERS = GNP_TAYLOR_DEGREE + 1, POINTS_MAX = 4096, DIGEST = 32 };
 
-static struct gnp_tensors frozen;
-static unsigned char body[1 << 18]; /* what frozen may borrow from */
+static struct frozen frozen = {.path = "tests/data/projection.npz"};
 
 /* NULL and a failure where nothing is frozen, or something of another size. */
 static const double *doubles(const char *model, const char *key, size_t count)
 {
 	char name[128];
-	if (!frozen.count) {
-		FILE *file = fopen("tests/data/projection.npz", "rb"); /* tests run in the repository's root */
-		size_t size = file ? fread(body, 1, sizeof body, file) : 0;
-		if (file)
-			fclose(file);
-		if (gnp_file_decode_all(GNP_FORMAT_NPZ, body, size, &frozen, NULL) != GNP_OK) {
-			fprintf(stderr, "tests/data/projection.npz: not there, or damaged\n");
-			exit(1);
-		}
-	}
 	snprintf(name, sizeof name, "%s.%s", model, key);
-	const struct gnp_tensor *tensor = gnp_tensors_find(&frozen, name);
-	if (tensor && tensor->datatype == GNP_FP64 && tensor->size == count * sizeof(double))
-		return tensor->data;
-	test_failures++;
-	fprintf(stderr, "tests/data/projection.npz: %s: none that fits; run python3 tests/oracle_projection.py weights\n", name);
-	return NULL;
+	const double *values = frozen_doubles(&frozen, name, count);
+	if (!values) {
+		test_failures++;
+		fprintf(stderr, "%s: %s: none that fits; run python3 tests/oracle_projection.py weights\n", frozen.path, name);
+	}
+	return values;
 }
 
 static double uniform(size_t row, size_t i)
@@ -272,6 +261,6 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {TEST(networks_of_a_formula_give_what_is_frozen), TEST(the_shipped_models_give_what_is_frozen)};
 	gnp_linalg_init();
 	int failed = RUN_TESTS(tests);
-	gnp_tensors_clear(&frozen);
+	gnp_tensors_clear(&frozen.tensors);
 	return failed;
 }

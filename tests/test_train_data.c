@@ -121,8 +121,8 @@ static void outliers_follow_the_regime(void)
 		double moved = 0;
 		for (int c = 0; c < 3; c++)
 			moved = fmax(moved, fabs(cloud.prepared.points[3 * i + c] - cloud.shape.exact[3 * point + c]));
-		CHECK((moved > 0) == cloud.outlier[point]);
-		outliers += cloud.outlier[point];
+		CHECK((moved > 0) == cloud.outlier[i]);
+		outliers += cloud.outlier[i];
 	}
 	CHECK(outliers == POINTS / 10);
 	gnp_train_cloud_clear(&cloud);
@@ -200,6 +200,26 @@ static void truth_of_neighbours_is_one_surface(void)
 	gnp_train_cloud_clear(&cloud);
 }
 
+/* Every other visit has the regime's noise, the others one between the limits. */
+static void noise_varies_as_asked(void)
+{
+	struct gnp_train_data data = data_of(GNP_REGIME_NOISE_70);
+	double least = 1, most = 0;
+	for (uint64_t visit = 0; visit < 40; visit++) {
+		struct gnp_train_visit plain, varied;
+		data.least_noise = data.most_noise = 0;
+		CHECK(gnp_train_data_visit(&data, visit, &plain, NULL) == GNP_OK && plain.noise == 1e-3);
+		data.least_noise = 1e-4;
+		data.most_noise = 4e-3;
+		CHECK(gnp_train_data_visit(&data, visit, &varied, NULL) == GNP_OK);
+		CHECK(varied.noise_seed == plain.noise_seed && varied.key.seed == plain.key.seed);
+		CHECK(visit % 2 || varied.noise == 1e-3);
+		least = fmin(least, varied.noise);
+		most = fmax(most, varied.noise);
+	}
+	CHECK(least >= 1e-4 && least < 4e-4 && most > 2e-3 && most <= 4e-3);
+}
+
 static void centres_and_truth_are_no_outliers(void)
 {
 	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_OUTLIER_50, 1);
@@ -208,10 +228,10 @@ static void centres_and_truth_are_no_outliers(void)
 	for (size_t p = 0; p < patches.count; p++) {
 		size_t wanted = 0;
 		const struct gnp_patch *patch = &patches.patches[p];
-		CHECK(!cloud.outlier[cloud.prepared.order[patch->centre]]);
+		CHECK(!cloud.outlier[patch->centre]);
 		CHECK(patches.start[p + 1] - patches.start[p] == patch->buffer_count && patch->buffer_count > patch->count);
 		for (size_t i = 0; i < patch->count; i++)
-			wanted += !cloud.outlier[cloud.prepared.order[patch->index[i]]];
+			wanted += !cloud.outlier[patch->index[i]];
 		CHECK(patches.truth_start[p + 1] - patches.truth_start[p] == wanted);
 	}
 	gnp_scratch_free(scratch);
@@ -302,6 +322,7 @@ int main(int argc, char **argv)
 		TEST(outliers_follow_the_regime),
 		TEST(truth_is_the_geometry_of_the_surface),
 		TEST(truth_of_neighbours_is_one_surface),
+		TEST(noise_varies_as_asked),
 		TEST(centres_and_truth_are_no_outliers),
 		TEST(reaching_further_adds_no_nodes),
 		TEST(turning_changes_nothing_but_the_frame),

@@ -2,6 +2,8 @@
 #include "initial.h"
 #include "linalg.h"
 #include "loss.h"
+#include "projection_fit.h"
+#include "sheets.h"
 #include "test.h"
 #include "train_fit.h"
 #include "train_operator.h"
@@ -35,6 +37,14 @@ static struct gnp_architecture small(enum gnp_trunk_kind trunk, enum gnp_head_ki
 {
 	struct gnp_architecture a = {.trunk = trunk, .head = head, .features = 3, .width = 8, .channels = 2, .neurons = 8, .layers = 2,
 	                             .quadrature = 8, .head_width = 8, .outputs = 16};
+	if (head == GNP_HEAD_PROJECTION) {
+		a.features = 4;
+		a.shells = 2;
+		a.shell[0] = 60;
+		a.shell[1] = 120;
+		a.ridge = 1e-5;
+		a.outputs = (unsigned)gnp_projection_outputs(&a);
+	}
 	return a;
 }
 
@@ -111,6 +121,49 @@ static void gradients_of_the_pooled_head_are_the_slope_of_the_loss(void)
 		check_gradient((enum gnp_trunk_kind)trunk, GNP_HEAD_POOLED);
 }
 
+static void gradients_of_the_projection_head_are_the_slope_of_the_loss(void)
+{
+	for (int trunk = 0; trunk < GNP_TRUNKS; trunk++)
+		check_gradient((enum gnp_trunk_kind)trunk, GNP_HEAD_PROJECTION);
+}
+
+static size_t usable(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions)
+{
+	(void)context;
+	return gnp_sheets_usable(cloud.prepared.normals, cloud.outlier, patch, most, positions);
+}
+
+/* Over the patches they are calibrated on, inputs have mean 0 and spread 1 (but for a floor of 0.01). */
+static void summaries_are_calibrated(void)
+{
+	struct gnp_architecture a = small(GNP_TRUNK_EDGE, GNP_HEAD_PROJECTION);
+	struct gnp_train_network network;
+	struct gnp_layout layout;
+	struct gnp_projected projected;
+	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+	size_t width = gnp_projection_summary(&a);
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_operator_open(&a, &network, NULL) == GNP_OK);
+	float *parameters = calloc(layout.total, sizeof *parameters);
+	network.initialize(network.state, 5, parameters);
+	CHECK(network.calibrate(network.state, &patches, 1, parameters, scratch, NULL) == GNP_OK);
+	CHECK(gnp_projected_describe(&a, patches.patches, PATCHES, usable, NULL, &projected, scratch, NULL) == GNP_OK);
+	const float *mean = parameters + gnp_layout_find(&layout, "head.mean")->offset;
+	const float *deviation = parameters + gnp_layout_find(&layout, "head.deviation")->offset;
+	for (size_t i = 0; i < width; i++) {
+		double sum = 0, square = 0;
+		for (size_t p = 0; p < PATCHES; p++) {
+			double x = ((double)projected.summary[p * width + i] - (double)mean[i]) / (double)deviation[i];
+			sum += x / PATCHES;
+			square += x * x / PATCHES;
+		}
+		CHECK_NEAR(sum, 0, 1e-3);
+		CHECK(square < 1.01 && (square > 0.95 || deviation[i] < 0.05f));
+	}
+	free(parameters);
+	gnp_scratch_release(scratch, mark);
+	gnp_train_operator_close(&network);
+}
+
 static void parameters_begin_as_described(void)
 {
 	struct gnp_architecture a = small(GNP_TRUNK_EDGE, GNP_HEAD_POOLED);
@@ -143,6 +196,30 @@ static void parameters_begin_as_described(void)
 	free(other);
 }
 
+/* The layer that ends a separable kernel begins as the edge kernel's does. */
+static void kernels_of_both_trunks_begin_alike(void)
+{
+	struct gnp_architecture a = small(GNP_TRUNK_SEPARABLE, GNP_HEAD_POOLED);
+	struct gnp_layout layout;
+	a.width = 32;
+	a.neurons = 64;
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
+	float *parameters = calloc(layout.total, sizeof *parameters);
+	gnp_initial_parameters(&a, &layout, 1, parameters);
+	for (int kernel = 1; kernel <= 2; kernel++) {
+		char name[64];
+		double square = 0;
+		snprintf(name, sizeof name, "convs.1.kernel%d.layers.2.weight", kernel);
+		const struct gnp_parameter_row *weight = gnp_layout_find(&layout, name), *bias = weight + 1;
+		for (size_t i = 0; i < weight->count; i++)
+			square += (double)parameters[weight->offset + i] * parameters[weight->offset + i] / (double)weight->count;
+		CHECK_NEAR(sqrt(square), 1 / 32.0, 0.2 / 32);
+		for (size_t i = 0; i < bias->count; i++)
+			CHECK(parameters[bias->offset + i] == 0);
+	}
+	free(parameters);
+}
+
 static void what_cannot_be_trained_is_refused(void)
 {
 	struct gnp_architecture architecture = small(GNP_TRUNK_EDGE, GNP_HEAD_POOLED);
@@ -157,7 +234,10 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(gradients_of_the_pooled_head_are_the_slope_of_the_loss),
+		TEST(gradients_of_the_projection_head_are_the_slope_of_the_loss),
+		TEST(summaries_are_calibrated),
 		TEST(parameters_begin_as_described),
+		TEST(kernels_of_both_trunks_begin_alike),
 		TEST(what_cannot_be_trained_is_refused),
 	};
 	gnp_linalg_init();

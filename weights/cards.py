@@ -3,11 +3,10 @@ import hashlib
 import json
 import math
 import os
+import re
 import struct
 import sys
 
-COLUMNS = (("normal", "normal"), ("inverse_metric", "metric inverse"), ("second_fundamental_form", "shape"),
-           ("gaussian_curvature", "gaussian"), ("mean_curvature", "mean"))
 NETWORK = ("trunk", "head", "features", "width", "channels", "neurons", "layers", "quadrature", "head_width", "outputs")
 SOLVE = ("shells", "ridge")
 PATCHES = ("k", "buffer", "height_scale", "delta0_ratio", "delta0")
@@ -50,72 +49,41 @@ def training_rows(keys):
 
 
 def validation(folder):
-    """Lines of Markdown by the name of a model: its rows of the judge's table."""
-    try:
-        with open(os.path.join(folder, "VALIDATION.json")) as file:
-            return rows_of_json(json.load(file))
-    except FileNotFoundError:
-        pass
+    """The judge's table, VALIDATION.md: its lines, and which model each (contender, regime) was judged with."""
     try:
         with open(os.path.join(folder, "VALIDATION.md")) as file:
-            return rows_of_markdown(file.read().splitlines())
+            lines = file.read().splitlines()
     except FileNotFoundError:
-        return lambda model: []
-
-
-def regime_of(model):
-    """The judge's regime of a model: noise-70 of noise_70k_pooled, or of a file of another name by its metadata."""
-    return "%s-%s" % (model["keys"]["regime"], model["keys"]["k"])
-
-
-def rows_of_json(table):
-    def lines(model):
-        found = [row for row in table["rows"] if row["regime"] == regime_of(model) and is_of(row.get("estimator", ""), row, model)]
+        return [], {}
+    judged = {}
+    for line in lines:
+        found = re.match(r"- (\S+), (\S+): (\S+), .*sha256 ([0-9a-f]{64})$", line)
         if found:
-            yield "| family | | " + " | ".join(title for _, title in COLUMNS) + " |"
-            yield "| --- | --- |" + " ---: |" * len(COLUMNS)
-        for row in found:
-            for key, label in (("mean", "mean"), ("median", "median"), ("paper_gnp", "gnp, paper"), ("paper_gmls", "gmls, paper")):
-                if key in row:
-                    yield "| %s | %s | %s |" % (row["family"], label, " | ".join("%.2e" % row[key][c] for c, _ in COLUMNS))
-    return lambda model: list(lines(model))
+            judged[found.group(3), found.group(4)] = found.group(1, 2)
+    return lines, judged
 
 
-def is_of(estimator, row, model):
-    """A row names its model, or it is the estimator gnp's, whose model is the one of the regime with the head `projection`."""
-    if "weights" in row:
-        return row["weights"] == model["name"]
-    return estimator in ("gnp", model["name"]) and (estimator != "gnp" or model["keys"]["head"] == "projection")
+def judged_rows(model, table):
+    """The model's rows, by family, with the paper's above them; none when the judge saw another file of this name."""
+    lines, judged = table
+    contender, regime = judged.get((model["name"], model["sha256"]), (None, None))
+    title = None
+    for line in lines if contender else []:
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if line.startswith("## "):
+            title = line[3:]
+        elif cells[0] == "regime" and len(cells) > 6:
+            header = [line]
+        elif line.startswith("| ---") and len(cells) > 6:
+            header.append(line)
+        elif cells[0] == regime and (cells[1].endswith(", paper") or cells[1].startswith(contender + ",")):
+            if title:
+                yield from ["", title + ":", ""] + header
+            title = None
+            yield line
 
 
-def rows_of_markdown(text):
-    def lines(model):
-        family, titles = None, None
-        for line in text:
-            if line.startswith("## "):
-                family = line[3:]
-            cells = [cell.strip() for cell in line.strip().strip("|").split("|")] if line.startswith("|") else []
-            if cells and cells[0] == "regime":
-                titles = line
-            elif len(cells) > 2 and cells[0] == regime_of(model):
-                label = cells[1].split(",")[0]
-                if cells[1].endswith("paper") or is_of(label, {}, model):
-                    yield family, titles, line
-    def shown(model):
-        found = list(lines(model))
-        if all(line.split("|")[2].strip().endswith("paper") for _, _, line in found):
-            return []
-        output, last = [], None
-        for family, titles, line in found:
-            if family != last:
-                output += ["", family + ":", "", titles, "| " + " | ".join(["---"] * (titles.count("|") - 1)) + " |"]
-            output.append(line)
-            last = family
-        return output[1:]
-    return shown
-
-
-def card(model, folder, rows):
+def card(model, folder, table):
     keys, name = model["keys"], model["name"]
     yield ""
     yield "## %s" % name
@@ -134,23 +102,21 @@ def card(model, folder, rows):
         yield ""
         yield "![the loss of %s over its training](curves/%s.png)" % (name, name)
     yield ""
-    lines = rows(model)
-    yield "Judged by the paper's Table 1 (`make validate`), regime %s:" % regime_of(model) if lines else "Not among the rows of the judge's table."
-    if lines:
-        yield ""
-        yield from lines
+    lines = list(judged_rows(model, table))
+    yield "Judged by the paper's Table 1 (`make validate`):" if lines else "Not among the rows of the judge's table."
+    yield from lines
 
 
 def main(folder):
     models = [load(folder, file) for file in sorted(os.listdir(folder)) if file.endswith(".safetensors")]
-    rows = validation(folder)
+    table = validation(folder)
     print(INTRODUCTION)
     for m in models:
         keys = m["keys"]
         print("| [%s](#%s) | %s | %s | %s | %d | %d | %s |" % (m["name"], m["name"], keys["regime"], keys["head"], keys["k"],
                                                             m["parameters"], m["bytes"], duration(keys)))
     for m in models:
-        print("\n".join(card(m, folder, rows)))
+        print("\n".join(card(m, folder, table)))
 
 
 main(sys.argv[1])

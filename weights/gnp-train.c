@@ -6,12 +6,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "command.h"
-#include "linalg.h"
 #include "loss_rule.h"
 #include "memory.h"
 #include "model.h"
 #include "options.h"
+#include "program.h"
 #include "session.h"
 #include "train_operator.h"
 #include "train_run.h"
@@ -244,7 +243,10 @@ static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_l
 	struct {
 		const char *name, *what;
 		struct gnp_loss_rule *rule;
-	} rows[] = {{"patch", "--patch", &loss->patch}, {"centre", "--centre", &loss->centre}, {"cell", "--cell", &loss->cell}, {"near", "--near", &loss->near}};
+	} rows[] = {{"patch", "--patch", &loss->patch},
+	            {"centre", "--centre", &loss->centre},
+	            {"cell", "--cell", &loss->cell},
+	            {"near", "--near", &loss->near}};
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof rows / sizeof *rows && status == GNP_OK; i++) {
 		const char *text = gnp_arguments_get(arguments, rows[i].name, NULL);
@@ -296,46 +298,76 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 
 /* ---- The file ---- */
 
-enum { NOTES = 9, NOTE_BYTES = 256 };
+enum { NOTES = 12, NOTE_BYTES = 256 };
 
 /* What people want to know of a training. */
-static size_t write_notes(const struct plan *plan, const struct gnp_train_row *last, char text[NOTES][NOTE_BYTES],
-                          struct gnp_weights_metadata notes[NOTES])
+struct notes {
+	size_t count;
+	char text[NOTES][NOTE_BYTES];
+	struct gnp_weights_metadata list[NOTES];
+};
+
+/* Room for the text of one more. */
+static char *add_note(struct notes *notes, const char *key)
 {
-	static const char *const keys[NOTES] = {"training_seed",  "training_steps", "training_patches",     "training_seconds", "training_shapes",
-	                                        "training_patch", "training_centre", "training_watched", "training_rate"};
-	const struct gnp_train_options *train = &plan->run.train;
+	char *text = notes->text[notes->count];
+	notes->list[notes->count++] = (struct gnp_weights_metadata){key, text};
+	return text;
+}
+
+/* Rules that ask for nothing are not worth a word. */
+static void note_rule(struct notes *notes, const char *key, const struct gnp_loss_rule *rule)
+{
+	if (gnp_loss_rule_asks(rule))
+		gnp_loss_rule_print(rule, add_note(notes, key), NOTE_BYTES);
+}
+
+static void note_watched(struct notes *notes, const struct gnp_train_row *last)
+{
+	char *text = add_note(notes, "training_watched");
 	size_t used = 0;
-	snprintf(text[0], NOTE_BYTES, "%llu", (unsigned long long)train->data.seed);
-	snprintf(text[1], NOTE_BYTES, "%llu", (unsigned long long)last->step);
-	snprintf(text[2], NOTE_BYTES, "%llu", (unsigned long long)(last->step * train->batch));
-	snprintf(text[3], NOTE_BYTES, "%.0f", last->seconds);
-	snprintf(text[4], NOTE_BYTES, "%zu radial, seeds 0..%zu, %zu points each", train->data.shapes, train->data.shapes - 1,
-	         train->data.points);
-	gnp_loss_rule_print(&train->loss.patch, text[5], NOTE_BYTES);
-	gnp_loss_rule_print(&train->loss.centre, text[6], NOTE_BYTES);
 	for (int s = 0; s < GNP_SCORES && used < NOTE_BYTES; s++)
-		used += (size_t)snprintf(text[7] + used, NOTE_BYTES - used, "%s%s %.3g", s ? ", " : "", gnp_score_heading((enum gnp_score)s),
+		used += (size_t)snprintf(text + used, NOTE_BYTES - used, "%s%s %.3g", s ? ", " : "", gnp_score_heading((enum gnp_score)s),
 		                         last->watched[s]);
-	snprintf(text[8], NOTE_BYTES, "%g to %g, batches of %zu", train->rate, train->rate * train->last, train->batch);
-	for (int i = 0; i < NOTES; i++)
-		notes[i] = (struct gnp_weights_metadata){keys[i], text[i]};
-	return NOTES;
+}
+
+static void write_notes(const struct plan *plan, const struct gnp_train_row *last, struct notes *notes)
+{
+	const struct gnp_train_options *train = &plan->run.train;
+	const struct gnp_train_data *data = &train->data;
+	notes->count = 0;
+	snprintf(add_note(notes, "training_seed"), NOTE_BYTES, "%llu", (unsigned long long)data->seed);
+	snprintf(add_note(notes, "training_steps"), NOTE_BYTES, "%llu", (unsigned long long)last->step);
+	snprintf(add_note(notes, "training_patches"), NOTE_BYTES, "%llu", (unsigned long long)(last->step * train->batch));
+	snprintf(add_note(notes, "training_seconds"), NOTE_BYTES, "%.0f", last->seconds);
+	snprintf(add_note(notes, "training_shapes"), NOTE_BYTES, "%zu radial, seeds 0..%zu, %zu points each", data->shapes, data->shapes - 1,
+	         data->points);
+	if (data->least_noise > 0)
+		snprintf(add_note(notes, "training_noise"), NOTE_BYTES, "of every other shape %g to %g", data->least_noise, data->most_noise);
+	snprintf(add_note(notes, "training_rate"), NOTE_BYTES, "%g to %g, batches of %zu", train->rate, train->rate * train->last,
+	         train->batch);
+	note_rule(notes, "training_patch", &train->loss.patch);
+	note_rule(notes, "training_centre", &train->loss.centre);
+	note_rule(notes, "training_cell", &train->loss.cell);
+	note_rule(notes, "training_near", &train->loss.near);
+	if (plan->run.watch_shapes)
+		note_watched(notes, last);
 }
 
 static gnp_status write_model(const struct plan *plan, const float *parameters, const struct gnp_train_row *last,
                               struct gnp_error *error)
 {
-	char text[NOTES][NOTE_BYTES], regime[16];
-	struct gnp_weights_metadata notes[NOTES];
+	struct notes notes;
+	char regime[16];
 	const struct gnp_train_recipe *recipe = &plan->run.train.recipe;
 	const char *name = gnp_regime_info(plan->run.train.data.regime)->name;
 	snprintf(regime, sizeof regime, "%.*s", (int)strcspn(name, "-"), name);
 	struct gnp_model_source source = {
 		.architecture = plan->architecture,
 		.recipe = {.k = (unsigned)recipe->k, .buffer = recipe->buffer, .height_scale = 2, .delta0_ratio = recipe->delta0_ratio},
-		.regime = regime, .more = notes, .parameters = parameters};
-	source.more_count = write_notes(plan, last, text, notes);
+		.regime = regime, .more = notes.list, .parameters = parameters};
+	write_notes(plan, last, &notes);
+	source.more_count = notes.count;
 	return gnp_model_save(plan->output, &source, error);
 }
 
@@ -386,20 +418,6 @@ static enum gnp_exit train(const struct gnp_arguments *arguments, struct gnp_err
 
 int main(int argc, char **argv)
 {
-	struct gnp_arguments arguments;
-	struct gnp_error error = {0};
-	enum gnp_exit code = GNP_EXIT_USAGE;
-	gnp_linalg_restart(argv);
-	if (gnp_arguments_parse(argc - 1, argv + 1, options, OPTIONS, 0, &arguments, &error) == GNP_OK) {
-		if (gnp_arguments_has(&arguments, "help")) {
-			puts("gnp-train: trains a geometric neural operator for one of the paper's regimes\n\nOptions:");
-			gnp_options_print(options, OPTIONS, stdout);
-			return GNP_EXIT_OK;
-		}
-		gnp_linalg_init();
-		code = train(&arguments, &error);
-	}
-	if (code != GNP_EXIT_OK)
-		fprintf(stderr, "gnp-train: %s\n", error.text[0] ? error.text : gnp_status_text(error.status));
-	return code;
+	static const struct gnp_program program = {"gnp-train", "trains a geometric neural operator for one of the paper's regimes", options, OPTIONS, train};
+	return gnp_program_main(&program, argc, argv);
 }

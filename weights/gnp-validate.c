@@ -3,10 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "command.h"
 #include "file_io.h"
-#include "linalg.h"
 #include "options.h"
+#include "program.h"
 #include "session.h"
 #include "validation.h"
 
@@ -213,20 +212,6 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 
 int main(int argc, char **argv)
 {
-	struct gnp_arguments arguments;
-	struct gnp_error error = {0};
-	enum gnp_exit code = GNP_EXIT_USAGE;
-	gnp_linalg_restart(argv);
-	if (gnp_arguments_parse(argc - 1, argv + 1, options, OPTIONS, 0, &arguments, &error) == GNP_OK) {
-		if (gnp_arguments_has(&arguments, "help")) {
-			puts("gnp-validate: judges the estimators by the paper's Table 1\n\nOptions:");
-			gnp_options_print(options, OPTIONS, stdout);
-			return GNP_EXIT_OK;
-		}
-		gnp_linalg_init();
-		code = validate(&arguments, &error);
-	}
-	if (code != GNP_EXIT_OK)
-		fprintf(stderr, "gnp-validate: %s\n", error.text[0] ? error.text : gnp_status_text(error.status));
-	return code;
+	static const struct gnp_program program = {"gnp-validate", "judges the estimators by the paper's Table 1", options, OPTIONS, validate};
+	return gnp_program_main(&program, argc, argv);
 }

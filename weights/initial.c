@@ -22,7 +22,7 @@ static void fill_uniform(const struct gnp_parameter_row *row, double bound, stru
 /* layer: its name without ".weight" or ".bias". */
 static bool ends_kernel(const char *layer)
 {
-	return ends_with(layer, ".nn.layers.1") || ends_with(layer, ".kernel1.4") || ends_with(layer, ".kernel2.4");
+	return ends_with(layer, ".nn.layers.1") || ends_with(layer, ".kernel1.layers.2") || ends_with(layer, ".kernel2.layers.2");
 }
 
 /* The largest size of an entry; a bias goes with the inputs of its layer. */

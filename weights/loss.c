@@ -1,7 +1,6 @@
 #include "loss.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <string.h>
 
 static const double TINY = 1e-8; /* of a denominator, the truth may be flat; and what an error counts as at least */
@@ -14,6 +13,14 @@ const char *gnp_loss_name(enum gnp_loss_term term)
 #undef GNP_LOSS_NAME
 	};
 	return names[term];
+}
+
+bool gnp_loss_rule_asks(const struct gnp_loss_rule *rule)
+{
+	double sum = 0;
+	for (int t = 0; t < GNP_LOSS_TERMS; t++)
+		sum += rule->lambda[t];
+	return sum > 0;
 }
 
 struct gnp_loss_options gnp_loss_defaults(void)

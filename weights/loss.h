@@ -10,6 +10,7 @@
 #ifndef GNP_WEIGHTS_LOSS_H
 #define GNP_WEIGHTS_LOSS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "jet.h"
@@ -39,6 +40,9 @@ struct gnp_loss_rule {
 	double focus;                  /* weights exp(-r^2 / (2 focus^2)) by the scaled distance r from the centre; 0: equal ones */
 	double most;                   /* terms of curvature count up to this, and pull no more beyond; > 0 */
 };
+
+/* Whether it has any term. */
+bool gnp_loss_rule_asks(const struct gnp_loss_rule *rule);
 
 struct gnp_loss_options {
 	struct gnp_loss_rule patch, centre;

@@ -78,15 +78,6 @@ static gnp_status judge_patch(const struct gnp_train *train, const struct gnp_tr
 	return GNP_OK;
 }
 
-/* Whether a rule asks for anything. */
-static bool rules(const struct gnp_loss_rule *rule)
-{
-	double sum = 0;
-	for (int t = 0; t < GNP_LOSS_TERMS; t++)
-		sum += rule->lambda[t];
-	return sum > 0;
-}
-
 /* The loss of one point of every patch together, of its centre or of one of the `spread` nearest, and its gradients. */
 static gnp_status judge_cell(const struct gnp_train *train, const struct gnp_loss_rule *rule, size_t spread,
                              const struct gnp_train_patches *patches, const double *coefficients, double *dcoefficients,
@@ -128,9 +119,9 @@ static gnp_status judge_cells(const struct gnp_train *train, const struct gnp_tr
 	const struct gnp_loss_options *loss = &train->options.loss;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	gnp_status status = GNP_OK;
-	if (rules(&loss->cell))
+	if (gnp_loss_rule_asks(&loss->cell))
 		status = judge_cell(train, &loss->cell, 0, patches, coefficients, dcoefficients, share, scratch, error);
-	if (status == GNP_OK && rules(&loss->near))
+	if (status == GNP_OK && gnp_loss_rule_asks(&loss->near))
 		status = judge_cell(train, &loss->near, train->options.recipe.k / 3, patches, coefficients, dcoefficients, share, scratch,
 		                    error);
 	gnp_scratch_release(scratch, mark);

@@ -34,22 +34,30 @@ static void measure(struct gnp_train_cloud *cloud)
 	cloud->typical_mean = sqrt(mean / count);
 }
 
-/* points, normals: (count, 3) room for the displaced points and the exact normals. */
+/* Room for a shape's displaced points. */
+struct room {
+	double *points, *normals; /* (count, 3) */
+	unsigned char *outlier;   /* (count) */
+};
+
 static gnp_status displace_and_prepare(struct gnp_train_cloud *cloud, enum gnp_regime regime, double noise, uint64_t noise_seed,
-                                       double *points, double *normals, struct gnp_pool *pool, struct gnp_error *error)
+                                       const struct room *room, struct gnp_pool *pool, struct gnp_error *error)
 {
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	size_t n = cloud->shape.count;
 	const struct gnp_sample_options options = {.count = n, .seed = noise_seed, .noise = noise,
 	                                           .outlier_fraction = info->outlier_fraction, .outlier_noise = info->outlier_noise};
-	struct gnp_sample sample = {.count = n, .points = points, .exact = cloud->shape.exact, .outlier = cloud->outlier};
+	struct gnp_sample sample = {.count = n, .points = room->points, .exact = cloud->shape.exact, .outlier = room->outlier};
 	gnp_status status = gnp_sample_displace(&options, &sample, error);
 	if (status != GNP_OK)
 		return status;
 	for (size_t i = 0; i < 3 * n; i++)
-		normals[i] = cloud->shape.normals[i];
-	const struct gnp_cloud whole = {n, points, normals};
-	return gnp_prepare(&whole, pool, NULL, &cloud->prepared, error);
+		room->normals[i] = cloud->shape.normals[i];
+	const struct gnp_cloud whole = {n, room->points, room->normals};
+	status = gnp_prepare(&whole, pool, NULL, &cloud->prepared, error);
+	for (size_t i = 0; status == GNP_OK && i < n; i++)
+		cloud->outlier[i] = room->outlier[cloud->prepared.order[i]];
+	return status;
 }
 
 gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_regime regime, double noise, uint64_t noise_seed,
@@ -57,16 +65,17 @@ gnp_status gnp_train_cloud_enter_take(struct gnp_train_shape *shape, enum gnp_re
 {
 	struct gnp_train_cloud cloud = {.shape = *shape};
 	size_t n = shape->count;
-	double *points = gnp_array_new(n, 3 * sizeof *points), *normals = gnp_array_new(n, 3 * sizeof *normals);
+	struct room room = {gnp_array_new(n, 3 * sizeof *room.points), gnp_array_new(n, 3 * sizeof *room.normals), gnp_array_zero(n, 1)};
 	gnp_status status = GNP_OK;
 	*shape = (struct gnp_train_shape){0};
-	cloud.outlier = gnp_array_zero(n, 1);
-	if (!points || !normals || !cloud.outlier)
+	cloud.outlier = gnp_array_new(n, 1);
+	if (!room.points || !room.normals || !room.outlier || !cloud.outlier)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "training cloud: no memory for %zu points", n);
 	if (status == GNP_OK)
-		status = displace_and_prepare(&cloud, regime, noise, noise_seed, points, normals, pool, error);
-	free(points);
-	free(normals);
+		status = displace_and_prepare(&cloud, regime, noise, noise_seed, &room, pool, error);
+	free(room.points);
+	free(room.normals);
+	free(room.outlier);
 	if (status == GNP_OK) {
 		measure(&cloud);
 		*out = cloud;

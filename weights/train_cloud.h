@@ -13,7 +13,7 @@
 struct gnp_train_cloud {
 	struct gnp_train_shape shape;
 	struct gnp_prepared prepared; /* of the displaced points; order[i] is the shape's index of its point i */
-	unsigned char *outlier;       /* (count) by the shape's index */
+	unsigned char *outlier;       /* (count) in prepared order */
 	/* Root mean squares over the surface: of II (Frobenius), K and H. */
 	double typical_form, typical_gaussian, typical_mean;
 };

@@ -55,5 +55,5 @@ static const struct gnp_train_head heads[GNP_HEADS] = {
 
 const struct gnp_train_head *gnp_train_head_at(enum gnp_head_kind kind)
 {
-	return (unsigned)kind < GNP_HEADS && heads[kind].forward ? &heads[kind] : NULL;
+	return (unsigned)kind < GNP_HEADS ? &heads[kind] : NULL;
 }

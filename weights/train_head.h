@@ -19,7 +19,7 @@ struct gnp_train_head {
 	                        struct gnp_error *error);
 };
 
-/* NULL: it cannot be trained. */
+/* The row of a head; NULL past the last. */
 const struct gnp_train_head *gnp_train_head_at(enum gnp_head_kind kind);
 
 #endif

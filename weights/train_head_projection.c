@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "projection_fit.h"
+#include "sheets.h"
 #include "train_head_parts.h"
 
 enum { SIZE = GNP_TAYLOR_SIZE };
@@ -11,14 +12,7 @@ enum { SIZE = GNP_TAYLOR_SIZE };
 static size_t usable(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions)
 {
 	const struct gnp_train_cloud *cloud = context;
-	const double *normal = cloud->prepared.normals + 3 * (size_t)patch->centre;
-	size_t count = 0;
-	for (size_t i = 0; i < patch->buffer_count && count < most; i++) {
-		size_t point = patch->index[i];
-		if (!cloud->outlier[cloud->prepared.order[point]] && gnp_same_sheet(cloud->prepared.normals + 3 * point, normal))
-			positions[count++] = (uint32_t)i;
-	}
-	return count;
+	return gnp_sheets_usable(cloud->prepared.normals, cloud->outlier, patch, most, positions);
 }
 
 /* Coefficients of the fit are those of heights over scale_xy, a patch's surface's are of heights over scale_w. */

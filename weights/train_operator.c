@@ -73,9 +73,6 @@ gnp_status gnp_train_operator_open(const struct gnp_architecture *architecture, 
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory");
 	*state = (struct state){.architecture = *architecture, .head = gnp_train_head_at(architecture->head)};
 	gnp_status status = gnp_architecture_layout(architecture, &state->layout, error);
-	if (status == GNP_OK && !state->head)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "head: got %s, which cannot be trained here",
-		                       gnp_head_name(architecture->head));
 	if (status != GNP_OK) {
 		free(state);
 		return status;

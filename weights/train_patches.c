@@ -61,9 +61,9 @@ static size_t fill_truth(const struct gnp_train_cloud *cloud, const struct gnp_p
 {
 	size_t count = 0;
 	for (size_t i = 0; i < patch->count; i++) {
-		size_t point = cloud->prepared.order[patch->index[i]];
+		size_t point = patch->index[i];
 		if (!cloud->outlier[point])
-			count += truth_at(&cloud->shape, point, patch, &truth[count]);
+			count += truth_at(&cloud->shape, cloud->prepared.order[point], patch, &truth[count]);
 		if (count == 0)
 			break;
 	}
@@ -152,7 +152,7 @@ static uint32_t draw_centre(const struct gnp_train_cloud *cloud, struct gnp_rand
 	uint32_t centre;
 	do
 		centre = (uint32_t)gnp_random_below(random, cloud->prepared.count);
-	while (cloud->outlier[cloud->prepared.order[centre]]);
+	while (cloud->outlier[centre]);
 	return centre;
 }
 

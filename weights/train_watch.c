@@ -33,7 +33,7 @@ static void choose_centres(const struct gnp_train_cloud *cloud, uint64_t seed, s
 	for (size_t i = 0; i < count; i++)
 		do
 			at[i] = (uint32_t)gnp_random_below(&random, cloud->prepared.count);
-		while (cloud->outlier[cloud->prepared.order[at[i]]]);
+		while (cloud->outlier[at[i]]);
 }
 
 static gnp_status fill(struct gnp_train_watch *watch, const struct gnp_train_data *data, struct gnp_error *error)
