@@ -13,8 +13,8 @@
 #include "status.h"
 
 enum {
-	GNP_CELL_NEIGHBORS = 24, /* nearest points a cell is cut by */
-	GNP_CELL_EDGES_MAX = 32  /* of a polygon cut from a square by those */
+	GNP_CELL_NEIGHBORS = 32, /* nearest points a cell is cut by */
+	GNP_CELL_EDGES_MAX = 40  /* of a polygon cut from a square by those */
 };
 
 /* In the frame (t1, t2) of the tangent plane, about the point. */

@@ -14,7 +14,7 @@ struct gnp_flow_options gnp_flow_defaults(void)
 {
 	return (struct gnp_flow_options){.estimate = gnp_estimate_defaults(), .scheme = GNP_FLOW_EXPLICIT, .volume = GNP_FLOW_VOLUME_NONE,
 	                                 .steps = 1, .dt = NAN, .smoothing_radius = NAN, .spacing = NAN, .insertion = NAN,
-	                                 .projection = 0.1, .singularity = 0.3, .spacing_limit = 4};
+	                                 .projection = 0.1, .singularity = 0.5, .spacing_limit = 4};
 }
 
 const char *gnp_flow_stop_name(enum gnp_flow_stop stop)

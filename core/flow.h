@@ -37,7 +37,7 @@ struct gnp_flow_options {
 	int snapshot_every;      /* steps; 0: no snapshots. The start and the end are among them */
 };
 
-/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, projection 0.1, singularity 0.3, spacing_limit 4, no snapshots. */
+/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, projection 0.1, singularity 0.5, spacing_limit 4, no snapshots. */
 struct gnp_flow_options gnp_flow_defaults(void);
 
 /* Most bytes of snapshots. */
