@@ -12,7 +12,7 @@
 
 struct gnp_filter_options gnp_filter_defaults(void)
 {
-	return (struct gnp_filter_options){.estimate = gnp_estimate_defaults(), .alpha = 0.1, .consensus = true, .gross = 4, .cluster = 50,
+	return (struct gnp_filter_options){.estimate = gnp_estimate_defaults(), .alpha = 0.1, .consensus = true, .gross = 3, .cluster = 50,
 	                                   .project = false, .iterations = 1, .tolerance = 1e-3};
 }
 

@@ -25,7 +25,7 @@ struct gnp_filter_options {
 	double tolerance;  /* projection stops when the root mean square move is at most this many mean spacings; >= 0 */
 };
 
-/* The paper's alpha, 0.1, with consensus; gross 4 and cluster 50; no projection (1 iteration, tolerance 1e-3). */
+/* The paper's alpha, 0.1, with consensus; gross 3 and cluster 50; no projection (1 iteration, tolerance 1e-3). */
 struct gnp_filter_options gnp_filter_defaults(void);
 
 /* Why projection ended. */

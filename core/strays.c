@@ -6,7 +6,10 @@
 
 #include "forest.h"
 #include "memory.h"
+#include "pca.h"
 #include "select.h"
+
+static const double SCATTERED = 0.1; /* mean share of the least variance that no surface has */
 
 enum { NEAR = 17 /* the point itself and 16 more */, SIXTH = 6, POINTS_A_CHUNK = 512 };
 
@@ -16,8 +19,9 @@ struct work {
 	size_t near;       /* NEAR, or all points of a smaller cloud */
 	uint32_t *index;   /* (count, near) */
 	float *distance;   /* (count, near) */
-	double *own;       /* (count) distance to the sixth neighbour */
+	double *own;       /* (count) spacing by the sixth neighbour: six share a disk of its distance */
 	double *spacing;   /* (count) its median over the neighbours */
+	double *bulk;      /* (count) the least variance of the neighbours over the sum of all three */
 	const struct gnp_neighbors *rest; /* those that are none */
 	const double *places;             /* (strays, 3) */
 	double *gap;                      /* (strays) */
@@ -36,7 +40,7 @@ static gnp_status search_chunk(void *context, size_t begin, size_t end, struct g
 		const double *row = distance + (i - begin) * near;
 		for (size_t j = 0; j < near; j++)
 			work->distance[i * near + j] = (float)row[j];
-		work->own[i] = row[near > SIXTH ? SIXTH : near - 1];
+		work->own[i] = row[near > SIXTH ? SIXTH : near - 1] / sqrt(SIXTH / acos(-1));
 	}
 	return status;
 }
@@ -47,6 +51,10 @@ static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct g
 	(void)scratch, (void)error;
 	for (size_t i = begin; i < end; i++) {
 		double values[NEAR];
+		struct gnp_pca pca;
+		gnp_pca_fit(work->prepared->points, work->index + i * work->near, work->near, &pca);
+		double sum = pca.values[0] + pca.values[1] + pca.values[2];
+		work->bulk[i] = sum > 0 ? pca.values[2] / sum : 0;
 		for (size_t j = 0; j < work->near; j++)
 			values[j] = work->own[work->index[i * work->near + j]];
 		work->spacing[i] = gnp_median(values, work->near);
@@ -54,35 +62,57 @@ static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct g
 	return GNP_OK;
 }
 
-/* Marks members of pieces that are too small; polled. */
-static gnp_status link_points(const struct work *work, size_t cluster, struct gnp_task *task, unsigned char *stray, size_t *strays,
-                              struct gnp_error *error)
+/* Joins linked points; polled. */
+static gnp_status link_points(const struct work *work, struct gnp_forest *forest, struct gnp_task *task, struct gnp_error *error)
 {
 	enum { POLL = 8192 };
-	struct gnp_forest forest;
-	size_t count = work->prepared->count, largest = 0;
-	bool flipped, room = gnp_forest_init(&forest, count);
-	gnp_status status = room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
-	for (size_t i = 0; i < count && status == GNP_OK; i++) {
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; i < work->prepared->count && status == GNP_OK; i++) {
 		for (size_t j = 0; j < work->near; j++) {
 			size_t other = work->index[i * work->near + j];
 			if ((double)work->distance[i * work->near + j] <= work->link * fmin(work->spacing[i], work->spacing[other]))
-				gnp_forest_join(&forest, (uint32_t)i, (uint32_t)other, false, SIZE_MAX);
+				gnp_forest_join(forest, (uint32_t)i, (uint32_t)other, false, SIZE_MAX);
 		}
 		if (i % POLL == 0)
 			status = gnp_task_check(task, error);
 	}
-	for (size_t i = 0; i < count && status == GNP_OK; i++) {
-		size_t size = forest.size[gnp_forest_find(&forest, (uint32_t)i, &flipped)];
-		largest = size > largest ? size : largest;
+	return status;
+}
+
+/* bulk (count): that of a piece is added up at its root. */
+static void add_up(struct gnp_forest *forest, size_t count, const double *bulk, double *sum, size_t *largest)
+{
+	bool flipped;
+	memset(sum, 0, count * sizeof *sum);
+	*largest = 0;
+	for (size_t i = 0; i < count; i++) {
+		uint32_t root = gnp_forest_find(forest, (uint32_t)i, &flipped);
+		sum[root] += bulk[i];
+		*largest = forest->size[root] > *largest ? forest->size[root] : *largest;
 	}
+}
+
+/* Marks the members of pieces that are too small, or no surface. */
+static gnp_status mark(const struct work *work, size_t cluster, struct gnp_task *task, unsigned char *stray, size_t *strays,
+                       struct gnp_error *error)
+{
+	struct gnp_forest forest;
+	size_t count = work->prepared->count, largest;
+	double *sum = gnp_array_new(count, sizeof *sum);
+	bool flipped, room = gnp_forest_init(&forest, count) && sum;
+	gnp_status status = room ? link_points(work, &forest, task, error)
+	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
 	*strays = 0;
+	if (status == GNP_OK)
+		add_up(&forest, count, work->bulk, sum, &largest);
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
-		size_t size = forest.size[gnp_forest_find(&forest, (uint32_t)i, &flipped)];
-		stray[i] = size < cluster && size < largest;
+		uint32_t root = gnp_forest_find(&forest, (uint32_t)i, &flipped);
+		size_t size = forest.size[root];
+		stray[i] = size < largest && (size < cluster || sum[root] > SCATTERED * (double)size);
 		*strays += stray[i];
 	}
 	gnp_forest_clear(&forest);
+	free(sum);
 	return status;
 }
 
@@ -130,8 +160,8 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 	size_t count = prepared->count, near = NEAR < count ? NEAR : count;
 	struct work work = {.prepared = prepared, .link = link, .near = near, .index = gnp_array_new(count, near * sizeof *work.index),
 	                    .distance = gnp_array_new(count, near * sizeof *work.distance), .own = gnp_array_new(count, sizeof *work.own),
-	                    .spacing = gnp_array_new(count, sizeof *work.spacing)};
-	gnp_status status = work.index && work.distance && work.own && work.spacing
+	                    .spacing = gnp_array_new(count, sizeof *work.spacing), .bulk = gnp_array_new(count, sizeof *work.bulk)};
+	gnp_status status = work.index && work.distance && work.own && work.spacing && work.bulk
 	                            ? GNP_OK
 	                            : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
 	if (status == GNP_OK)
@@ -139,7 +169,7 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, count, POINTS_A_CHUNK, settle_chunk, &work, error);
 	if (status == GNP_OK)
-		status = link_points(&work, cluster, task, stray, strays, error);
+		status = mark(&work, cluster, task, stray, strays, error);
 	if (status == GNP_OK && *strays)
 		status = measure_gaps(&work, stray, *strays, pool, task, away, error);
 	else if (status == GNP_OK)
@@ -148,5 +178,6 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 	free(work.distance);
 	free(work.own);
 	free(work.spacing);
+	free(work.bulk);
 	return status;
 }
