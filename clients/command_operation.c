@@ -200,7 +200,7 @@ gnp_status gnp_command_for_operation(const struct gnp_operation *operation,
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		const struct gnp_parameter *parameter = &operation->parameters[i];
 		options[CLIENT_OPTIONS + i] = (struct gnp_option){
-			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? NULL : "a value"};
+			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? "[=true|false]" : "a value"};
 	}
 	*command = (struct gnp_command){
 		.name = operation->name, .operands = "IN [--local | --url URL] [OPTIONS] -o OUT", .help = operation->help,
