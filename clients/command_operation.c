@@ -105,8 +105,9 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 	struct gnp_request request = {0};
 	struct gnp_response response = {0};
 	struct gnp_call call;
+	const struct gnp_file_wants wants = {.inputs = job->operation->inputs, .input_count = job->operation->input_count};
 	gnp_task_stage(&session->task, GNP_STAGE_DECODE, 0);
-	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, 0, &request.inputs, error);
+	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, &wants, &request.inputs, error);
 	request.parameters = job->parameters;
 	if (status == GNP_OK && job->operation->resolve)
 		status = gnp_models_load(job->weights_dir, &models, error);

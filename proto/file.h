@@ -40,10 +40,19 @@ bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format
 /* The best writable format for an Accept header; false when none of its types is known (a wildcard gives *format unchanged, true). */
 bool gnp_format_by_accept(const char *accept, enum gnp_format *format);
 
-/* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file.
- * No count in the file is trusted before the body's size; no more than max_points are decoded (0: no limit; GNP_TOO_LARGE).
- * Decoded size is bounded before it is allocated. Binary data may borrow from body. On failure *tensors is unchanged. */
-gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, size_t max_points,
+/* What is wanted of a file. */
+struct gnp_file_wants {
+	size_t max_points;                    /* 0: no limit; more are GNP_TOO_LARGE */
+	const struct gnp_tensor_info *inputs; /* those beside points and normals are taken where a column or an array has their name or
+	                                         scalar_ and their name; columns name_0, name_1, ... are one input of rank 2 */
+	size_t input_count;
+};
+
+/* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file, and other
+ * inputs that are wanted, in the file's type. wants may be NULL: points and normals without a limit.
+ * No count in the file is trusted before the body's size. Decoded size is bounded before it is allocated. Binary data may borrow
+ * from body. On failure *tensors is unchanged. */
+gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, const struct gnp_file_wants *wants,
                            struct gnp_tensors *tensors, struct gnp_error *error);
 
 /* Decodes every named array / property of a file as its own tensor (the command line's `convert`, `plot` and tests). */

@@ -293,6 +293,23 @@ static void format_shape(unsigned rank, const size_t *shape, char *text, size_t 
 		snprintf(text + length, size - length, "]");
 }
 
+/* Masks come in any type; a byte of BOOL is looked at as the number it is. */
+static gnp_status check_bools(const struct gnp_tensor *tensor, struct gnp_error *error)
+{
+	struct gnp_tensor numbers = *tensor;
+	size_t count = tensor->size / gnp_datatype_size(tensor->datatype);
+	if (tensor->datatype == GNP_BOOL)
+		numbers.datatype = GNP_UINT8;
+	for (size_t i = 0; i < count; i++) {
+		double value = gnp_tensor_get(&numbers, i);
+		char got[GNP_NUMBER_LENGTH_MAX + 1];
+		if (value != 0 && value != 1)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s[%zu]: got %s, need 0 or 1", tensor->name, i,
+			                     number_text(value, got));
+	}
+	return GNP_OK;
+}
+
 static gnp_status check_input(const struct gnp_tensor_info *info, const struct gnp_tensor *tensor, size_t *points,
                               struct gnp_error *error)
 {
@@ -322,7 +339,7 @@ static gnp_status check_input(const struct gnp_tensor_info *info, const struct g
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": %zu rows, need %zu as the input before it has",
 			                     info->name, tensor->shape[d], *points);
 	}
-	return GNP_OK;
+	return info->datatype == GNP_BOOL ? check_bools(tensor, error) : GNP_OK;
 }
 
 static gnp_status check_inputs(struct gnp_call *call, struct gnp_error *error)

@@ -38,16 +38,6 @@ struct gnp_parameter {
 	const char *help;
 };
 
-/* shape: -1 for the number of points, -2 for another free extent. */
-struct gnp_tensor_info {
-	const char *name;
-	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken; of outputs: that of `points` */
-	unsigned rank;
-	int64_t shape[4];
-	bool optional;
-	const char *help;
-};
-
 #define GNP_OPTIONS_SIZE_MAX 256
 
 struct gnp_operation {

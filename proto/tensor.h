@@ -45,6 +45,17 @@ struct gnp_tensors {
 	struct gnp_tensor *items;
 };
 
+/* What a tensor of an operation is. shape: -1 for the number of points, -2 for another free extent. */
+struct gnp_tensor_info {
+	const char *name;
+	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of
+	                               outputs: that of `points` */
+	unsigned rank;
+	int64_t shape[4];
+	bool optional;
+	const char *help;
+};
+
 /* Elements of a shape, overflow-checked; false on overflow. */
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements);
 

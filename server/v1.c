@@ -71,7 +71,9 @@ static gnp_status decode(struct gnpd_request *request, const unsigned char *body
 	if (status != GNP_OK)
 		return status;
 	request->output_format = output;
-	return gnp_file_decode(input, body, size, request->server->config->max_points, &request->message.inputs, error);
+	const struct gnp_operation *operation = gnp_operation_find(request->model);
+	const struct gnp_file_wants wants = {request->server->config->max_points, operation->inputs, operation->input_count};
+	return gnp_file_decode(input, body, size, &wants, &request->message.inputs, error);
 }
 
 static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *tensor, struct gnp_error *error)

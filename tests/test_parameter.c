@@ -1,4 +1,4 @@
-/* Every type of parameter, of a table made for the purpose: from text, from typed values, in metadata and in usage. */
+/* Every type of parameter, of a table made for the purpose: from text, from typed values, in metadata and in usage. Masks. */
 #include "test.h"
 
 #include "oip.h"
@@ -13,7 +13,8 @@ struct options {
 
 static const char *const modes[] = {"slow", "fast", NULL};
 
-static const struct gnp_tensor_info inputs[] = {{"points", GNP_FP32, 2, {-1, 3}, false, "the cloud"}};
+static const struct gnp_tensor_info inputs[] = {{"points", GNP_FP32, 2, {-1, 3}, false, "the cloud"},
+                                                {"fixed", GNP_BOOL, 1, {-1}, true, "which"}};
 static const struct gnp_tensor_info outputs[] = {{"keep", GNP_BOOL, 1, {-1}, false, "which"}};
 
 static const struct gnp_parameter parameters[] = {
@@ -36,7 +37,7 @@ static size_t memory(size_t points, const void *options)
 }
 
 static const struct gnp_operation operation = {
-	.name = "toy", .help = "Nothing.", .inputs = inputs, .input_count = 1, .outputs = outputs, .output_count = 1,
+	.name = "toy", .help = "Nothing.", .inputs = inputs, .input_count = 2, .outputs = outputs, .output_count = 1,
 	.parameters = parameters, .parameter_count = sizeof parameters / sizeof parameters[0], .defaults = defaults, .memory = memory};
 
 static struct options parse(const char *name, const char *text, gnp_status want)
@@ -128,6 +129,36 @@ static void typed_values_are_taken(void)
 	CHECK_STRING(error.text, "step: got nan, need auto or >0..1e+200");
 }
 
+/* The text of what a mask of one type is refused for; "" when it is taken. */
+static void check_mask(enum gnp_datatype datatype, const void *mask, size_t rows, const char *want)
+{
+	struct gnp_request request = {0};
+	struct gnp_call call;
+	struct gnp_error error = {0};
+	size_t shape[] = {3, 3};
+	CHECK(gnp_tensors_add(&request.inputs, "points", GNP_FP32, 2, shape, NULL, NULL) == GNP_OK);
+	CHECK(gnp_tensors_add_data(&request.inputs, "fixed", datatype, 1, &rows, (void *)(uintptr_t)mask, false, NULL, NULL) == GNP_OK);
+	gnp_status status = gnp_call_prepare(&operation, &request, NULL, &call, &error);
+	CHECK(status == (*want ? GNP_INVALID_ARGUMENT : GNP_OK));
+	CHECK_STRING(error.text, want);
+	gnp_request_clear(&request);
+}
+
+static void masks_come_in_any_type(void)
+{
+	check_mask(GNP_BOOL, "\0\1\1", 3, "");
+	check_mask(GNP_UINT8, "\0\1\1", 3, "");
+	check_mask(GNP_FP64, (double[]){0, 1, -0.0}, 3, "");
+	check_mask(GNP_FP32, (float[]){0, 1, 1}, 3, "");
+	check_mask(GNP_INT64, (int64_t[]){0, 1, 1}, 3, "");
+	check_mask(GNP_UINT8, "\0\1\3", 3, "fixed[2]: got 3, need 0 or 1");
+	check_mask(GNP_BOOL, "\0\2\1", 3, "fixed[1]: got 2, need 0 or 1");
+	check_mask(GNP_FP64, (double[]){0.5, 1, 1}, 3, "fixed[0]: got 0.5, need 0 or 1");
+	check_mask(GNP_FP64, (double[]){0, NAN, 1}, 3, "fixed[1]: got nan, need 0 or 1");
+	check_mask(GNP_INT64, (int64_t[]){0, 1, -1}, 3, "fixed[2]: got -1, need 0 or 1");
+	check_mask(GNP_UINT8, "\0\1", 2, "input \"fixed\": 2 rows, need 3 as the input before it has");
+}
+
 static void metadata_and_usage_name_the_type(void)
 {
 	struct gnp_buffer buffer = {0};
@@ -148,6 +179,6 @@ static void metadata_and_usage_name_the_type(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(auto_is_a_number_or_nan), TEST(ranges_are_readable), TEST(flags_are_true_or_false),
-	                                    TEST(typed_values_are_taken), TEST(metadata_and_usage_name_the_type)};
+	                                    TEST(typed_values_are_taken), TEST(masks_come_in_any_type), TEST(metadata_and_usage_name_the_type)};
 	return RUN_TESTS(tests);
 }
