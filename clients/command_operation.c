@@ -5,6 +5,7 @@
 #include "command.h"
 #include "file_io.h"
 #include "http_client.h"
+#include "result.h"
 #include "session.h"
 
 static const struct gnp_option client_options[] = {
@@ -78,27 +79,6 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 	return status;
 }
 
-/* A file of results needs the points they belong to: the computed ones, else those that came. */
-static gnp_status encode(const struct job *job, const struct gnp_request *request, const struct gnp_response *response,
-                         struct gnp_buffer *answer, struct gnp_error *error)
-{
-	struct gnp_tensors tensors = {0};
-	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
-	gnp_status status = GNP_OK;
-	if (points && !gnp_tensors_find(&response->outputs, "points"))
-		status = gnp_tensors_add_data(&tensors, points->name, points->datatype, points->rank, points->shape, points->data,
-		                              false, NULL, error);
-	for (size_t i = 0; i < response->outputs.count && status == GNP_OK; i++) {
-		const struct gnp_tensor *output = &response->outputs.items[i];
-		status = gnp_tensors_add_data(&tensors, output->name, output->datatype, output->rank, output->shape, output->data,
-		                              false, NULL, error);
-	}
-	if (status == GNP_OK)
-		status = gnp_file_encode(job->output_format, &tensors, &response->parameters, answer, error);
-	gnp_tensors_clear(&tensors);
-	return status;
-}
-
 static gnp_status run_local(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
 {
 	struct gnp_models *models = NULL;
@@ -117,7 +97,7 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 		status = gnp_call_run(&call, session->pool, &session->task, &response, error);
 	gnp_task_stage(&session->task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = encode(job, &request, &response, answer, error);
+		status = gnp_result_encode(job->output_format, &request, &response, answer, error);
 	gnp_response_clear(&response);
 	request.parameters = (struct gnp_values){0};
 	gnp_request_clear(&request);

@@ -9,9 +9,9 @@
 
 static const struct {
 	const char *name, *media_type, *extension;
-	bool readable, writable;
+	bool readable, writable, of_rows;
 } formats[] = {
-#define ROW(id, name, media, extension, in, out) [id] = {name, media, extension, in, out},
+#define ROW(id, name, media, extension, in, out, rows) [id] = {name, media, extension, in, out, rows},
 	GNP_FORMAT_TABLE(ROW)
 #undef ROW
 };
@@ -61,6 +61,11 @@ bool gnp_format_readable(enum gnp_format format)
 bool gnp_format_writable(enum gnp_format format)
 {
 	return format < GNP_FORMAT_COUNT && formats[format].writable;
+}
+
+bool gnp_format_of_rows(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT && formats[format].of_rows;
 }
 
 bool gnp_format_by_name(const char *name, enum gnp_format *format)

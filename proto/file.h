@@ -9,19 +9,19 @@
 #include "status.h"
 #include "tensor.h"
 
-/* enumerator, name (as in ?format=), media type, file extension, readable, writable */
+/* enumerator, name (as in ?format=), media type, file extension, readable, writable, made of rows (all tensors have as many) */
 #define GNP_FORMAT_TABLE(X)                                                               \
-	X(GNP_FORMAT_PLY, "ply", "application/ply", "ply", true, true)                        \
-	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true)                      \
-	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true)                      \
-	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true)                             \
-	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false)                     \
-	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false)                             \
-	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true)                     \
-	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true)
+	X(GNP_FORMAT_PLY, "ply", "application/ply", "ply", true, true, true)                  \
+	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true, false)               \
+	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true, false)               \
+	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true, true)                       \
+	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false, true)               \
+	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false, true)                       \
+	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true, true)               \
+	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true, false)
 
 enum gnp_format {
-#define GNP_FORMAT_ENUM(id, name, media, extension, in, out) id,
+#define GNP_FORMAT_ENUM(id, name, media, extension, in, out, rows) id,
 	GNP_FORMAT_TABLE(GNP_FORMAT_ENUM)
 #undef GNP_FORMAT_ENUM
 	GNP_FORMAT_COUNT
@@ -31,6 +31,7 @@ const char *gnp_format_name(enum gnp_format format);
 const char *gnp_format_media_type(enum gnp_format format);
 bool gnp_format_readable(enum gnp_format format);
 bool gnp_format_writable(enum gnp_format format);
+bool gnp_format_of_rows(enum gnp_format format);
 
 /* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/csv, ...; generic ones such as
  * application/octet-stream or application/x-www-form-urlencoded are not a format); by the first bytes of a body. */

@@ -71,6 +71,10 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
 bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source, size_t step,
                      size_t rows);
 
+/* The type a tensor is stored in where a format has neither BOOL and FP16 nor integers of 64 bits: UINT8 for BOOL, FP32 for FP16, INT32
+ * for wide integers that all fit, else FP64. */
+enum gnp_datatype gnp_stored_type(const struct gnp_tensor *tensor);
+
 /* A number of every row of a tensor, under the name a file gives it. */
 struct gnp_row_item {
 	char name[GNP_TENSOR_NAME_MAX + 32];

@@ -238,6 +238,28 @@ gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *form
 	return GNP_OK;
 }
 
+static bool fits_int32(const struct gnp_tensor *tensor)
+{
+	size_t count = tensor->size / gnp_datatype_size(tensor->datatype);
+	for (size_t i = 0; i < count; i++) {
+		double value = gnp_tensor_get(tensor, i);
+		if (value < INT32_MIN || value > INT32_MAX)
+			return false;
+	}
+	return true;
+}
+
+enum gnp_datatype gnp_stored_type(const struct gnp_tensor *tensor)
+{
+	switch (tensor->datatype) {
+	case GNP_BOOL: return GNP_UINT8;
+	case GNP_FP16: return GNP_FP32;
+	case GNP_INT64:
+	case GNP_UINT64: return fits_int32(tensor) ? GNP_INT32 : GNP_FP64;
+	default: return tensor->datatype;
+	}
+}
+
 static bool is_vector(const struct gnp_tensor *tensor, const char *name)
 {
 	return strcmp(tensor->name, name) == 0 && tensor->rank == 2 && tensor->shape[1] == 3;

@@ -132,27 +132,34 @@ static void put_media_types(struct writer *w, bool in, const char *indent)
 	}
 }
 
+/* The type goes without saying where the numbers are those of geometry. */
+static void put_tensor(struct writer *w, const struct gnp_tensor_info *info)
+{
+	PUT(w, "        - `%s` (", info->name);
+	for (unsigned d = 0; d < info->rank; d++) {
+		PUT(w, d ? ", " : "");
+		if (info->shape[d] < 0)
+			PUT(w, "%c", gnp_extent_letter(info->shape[d]));
+		else
+			PUT(w, "%d", (int)info->shape[d]);
+	}
+	PUT(w, ")%s%s%s: %s\n", info->datatype == GNP_FP32 ? "" : " ", info->datatype == GNP_FP32 ? "" : gnp_datatype_name(info->datatype),
+	    info->optional ? ", optional" : "", info->help);
+}
+
 static void put_tensors(struct writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count)
 {
 	PUT(w, "        %s:\n\n", title);
-	for (size_t i = 0; i < count; i++) {
-		PUT(w, "        - `%s` (n", infos[i].name);
-		for (unsigned d = 1; d < infos[i].rank; d++) {
-			if (infos[i].shape[d] < 0)
-				PUT(w, ", m");
-			else
-				PUT(w, ", %d", (int)infos[i].shape[d]);
-		}
-		PUT(w, ")%s: %s\n", infos[i].optional ? ", optional" : "", infos[i].help);
-	}
+	for (size_t i = 0; i < count; i++)
+		put_tensor(w, &infos[i]);
 }
 
 static void put_description(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "      description: |\n        %s\n\n", operation->help);
-	put_tensors(w, "Inputs", operation->inputs, operation->input_count);
+	put_tensors(w, "Inputs, of any numeric type", operation->inputs, operation->input_count);
 	PUT(w, "\n");
-	put_tensors(w, "Outputs", operation->outputs, operation->output_count);
+	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs, operation->output_count);
 }
 
 static void put_file_operation(struct writer *w, const struct gnp_operation *operation)

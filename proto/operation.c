@@ -320,7 +320,7 @@ static gnp_status check_input(const struct gnp_tensor_info *info, const struct g
 		if (info->shape[d] >= 0)
 			snprintf(need + length, sizeof need - length, "%s%" PRId64, d ? "," : "", info->shape[d]);
 		else
-			snprintf(need + length, sizeof need - length, "%s%s", d ? "," : "", info->shape[d] == -1 ? "n" : "m");
+			snprintf(need + length, sizeof need - length, "%s%c", d ? "," : "", gnp_extent_letter(info->shape[d]));
 		fits = fits && (info->shape[d] < 0 || tensor->shape[d] == (size_t)info->shape[d]);
 	}
 	if (!fits) {

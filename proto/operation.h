@@ -44,7 +44,7 @@ struct gnp_operation {
 	const char *name, *help;
 	const struct gnp_tensor_info *inputs;
 	size_t input_count;
-	const struct gnp_tensor_info *outputs;
+	const struct gnp_tensor_info *outputs; /* FP32: of the type of `points`; any other type is meant as it is */
 	size_t output_count;
 	const struct gnp_parameter *parameters;
 	size_t parameter_count;
