@@ -1,6 +1,7 @@
 #include "estimate.h"
 
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -184,6 +185,14 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
 	return status;
 }
 
+/* The paper's |w - s(u, v)|: the point's height against the surface's, in the patch's scaled height. */
+static double deviation(const struct gnp_patch *patch, const struct gnp_surface *surface, const double position[3], double u,
+                        double v)
+{
+	double d[3] = {position[0] - patch->origin[0], position[1] - patch->origin[1], position[2] - patch->origin[2]};
+	return fabs(gnp_dot(d, patch->frame[2]) - gnp_surface_jet(surface, u, v).f) / patch->scale_w;
+}
+
 static void write_point(const struct work *work, const struct gnp_patch *patch, const struct gnp_fit *fit, size_t point,
                         size_t row)
 {
@@ -197,6 +206,8 @@ static void write_point(const struct work *work, const struct gnp_patch *patch, 
 		       out->basis_size * sizeof(double));
 	if (out->values[GNP_RESIDUAL])
 		out->values[GNP_RESIDUAL][row] = fit->residual;
+	if (out->values[GNP_DEVIATION])
+		out->values[GNP_DEVIATION][row] = deviation(patch, &fit->surface, position, u, v);
 	if (out->values[GNP_OUTLIER])
 		out->values[GNP_OUTLIER][row] = work->outlier[point];
 	if (out->values[GNP_BOUNDARY]) {
@@ -270,7 +281,7 @@ static gnp_status check_judged(struct work *work, const struct gnp_estimate_opti
 {
 	if (work->outlier || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
 		return GNP_OK;
-	if (options->quantities != GNP_QUANTITY_ALL)
+	if (options->quantities != GNP_QUANTITY_ALL && options->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with auto)",
 		                     work->estimator->name, work->fit.model ? work->fit.model->name : "auto");
@@ -323,15 +334,15 @@ static void work_clear(struct work *work)
 	gnp_cover_clear(&work->cover);
 }
 
-static gnp_status estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
-                                    const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                  const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_estimate *estimate, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = estimator_of(options);
 	struct work work = {.prepared = prepared, .choice = choice, .estimator = estimator,
 	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .model = options->model, .models = options->models},
-	                    .quantities = options->quantities & offered_quantities(estimator),
+	                    .quantities = (options->quantities | options->if_offered) & offered_quantities(estimator),
 	                    .rule = {.k = (size_t)options->k, .served = (size_t)options->k / 3, .buffer = 1, .delta0_ratio = 0.1,
 	                             .basis = basis_of(options)},
 	                    .out = estimate};
@@ -368,9 +379,23 @@ static gnp_status check_choice(const struct choice *choice, size_t points, struc
 	return GNP_OK;
 }
 
-static gnp_status estimate_choice(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
-                                  const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
-                                  struct gnp_estimate *out, struct gnp_error *error)
+/* From a cloud that is checked and ready. */
+static gnp_status estimate_ready(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                 const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                                 struct gnp_estimate *out, struct gnp_error *error)
+{
+	struct gnp_estimate result = {0};
+	gnp_status status = estimate_choice(prepared, options, choice, pool, task, &result, error);
+	if (status == GNP_OK)
+		*out = result;
+	else
+		gnp_estimate_clear(&result);
+	return status;
+}
+
+static gnp_status estimate_cloud(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                                 const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                                 struct gnp_estimate *out, struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);
 	if (status == GNP_OK)
@@ -383,21 +408,31 @@ static gnp_status estimate_choice(const struct gnp_cloud *cloud, const struct gn
 	status = gnp_prepare(cloud, pool, task, &prepared, error);
 	if (status != GNP_OK)
 		return status;
-	struct gnp_estimate result = {.normals_estimated = !cloud->normals};
-	status = estimate_prepared(&prepared, options, choice, pool, task, &result, error);
+	status = estimate_ready(&prepared, options, choice, pool, task, out, error);
 	if (status == GNP_OK)
-		*out = result;
-	else
-		gnp_estimate_clear(&result);
+		out->normals_estimated = !cloud->normals;
 	gnp_prepared_clear(&prepared);
 	return status;
+}
+
+gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                                 struct gnp_error *error)
+{
+	gnp_status status = check_options(options, error);
+	if (status == GNP_OK && prepared->count < (size_t)options->k)
+		status = gnp_error_set(error, GNP_DEGENERATE, "points: got %zu, need at least %d, a neighbourhood", prepared->count,
+		                       options->k);
+	if (status != GNP_OK)
+		return status;
+	return estimate_ready(prepared, options, &(struct choice){NULL, 0}, pool, task, out, error);
 }
 
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error)
 {
-	return estimate_choice(cloud, options, &(struct choice){NULL, 0}, pool, task, out, error);
+	return estimate_cloud(cloud, options, &(struct choice){NULL, 0}, pool, task, out, error);
 }
 
 gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
@@ -405,7 +440,7 @@ gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estim
                            struct gnp_error *error)
 {
 	assert(at);
-	return estimate_choice(cloud, options, &(struct choice){at, at_count}, pool, task, out, error);
+	return estimate_cloud(cloud, options, &(struct choice){at, at_count}, pool, task, out, error);
 }
 
 void gnp_estimate_clear(struct gnp_estimate *estimate)
@@ -423,7 +458,7 @@ size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *opti
 	enum { PREPARED = 148, ORIENTATION = 250, SURVEYED = 214, FIXED = 16 << 20 };
 	size_t width = 0, size = gnp_basis_size(basis_of(options));
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
-		if (options->quantities & GNP_QUANTITY_BIT(q))
+		if ((options->quantities | options->if_offered) & GNP_QUANTITY_BIT(q))
 			width += quantity_width((enum gnp_quantity)q, size);
 	size_t outputs = width * sizeof(double);
 	size_t prepared = PREPARED + (estimator_of(options)->prepare ? SURVEYED : 0);

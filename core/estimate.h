@@ -5,6 +5,7 @@
 #include "cloud.h"
 #include "estimator.h"
 #include "pool.h"
+#include "prepare.h"
 #include "quantity.h"
 #include "status.h"
 #include "task.h"
@@ -18,7 +19,8 @@ struct gnp_estimate_options {
 	int degree;           /* of the Legendre basis; 1..7 */
 	int basis;            /* enum gnp_basis_kind */
 	int weight;           /* enum gnp_weight_kind */
-	uint64_t quantities;  /* GNP_QUANTITY_BIT mask */
+	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
+	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
 	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
 	const struct gnp_models *models; /* to choose from; may be NULL: none */
 };
@@ -43,6 +45,11 @@ struct gnp_estimate {
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);
+
+/* The same of a cloud made ready (prepare.h) with normals, rows in its caller's order; nothing of the cloud is checked but its count. */
+gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
+                                 struct gnp_error *error);
 
 /* The same at chosen points of the cloud alone, each at the centre of its own patch as with GNP_COVER_ALL: row i of the
  * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not used. */

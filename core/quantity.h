@@ -30,6 +30,7 @@
 	X(GNP_ORIGIN, "origin", 1, 3, 1, 3, "o, the mean of the patch [length]")                                              \
 	X(GNP_SCALE, "scale", 1, 2, 1, 2, "lengths that (u, v) and h are divided by in the patch [length]")                   \
 	X(GNP_RESIDUAL, "residual", 0, 1, 1, 1, "root mean square of the heights' misfit over the patch [length]")                     \
+	X(GNP_DEVIATION, "deviation", 0, 1, 1, 1, "how far the point is off the surface along psi3, over max(2 std, delta0) of the patch's heights") \
 	X(GNP_POINTS_STDERR, "points_stderr", 0, 1, 1, 1, "standard error of the height of points [length]")                  \
 	X(GNP_NORMALS_STDERR, "normals_stderr", 0, 1, 1, 1, "standard error of the normal's direction [radian]")              \
 	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")         \

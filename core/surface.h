@@ -30,7 +30,7 @@ void gnp_surface_locate(const struct gnp_surface *surface, const double point[3]
 struct gnp_jet gnp_surface_jet(const struct gnp_surface *surface, double u, double v);
 
 /* Writes the quantities of `mask` (of those that follow from the surface alone: neither
- * surface_coefficients, residual, outlier nor boundary) at one point with scaled
+ * surface_coefficients, residual, deviation, outlier nor boundary) at one point with scaled
  * coordinates (u, v) into row `row` of values[quantity]. */
 void gnp_surface_evaluate(const struct gnp_surface *surface, double u, double v, uint64_t mask, size_t row,
                           double *const values[GNP_QUANTITY_COUNT]);

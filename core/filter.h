@@ -1,0 +1,58 @@
+/* Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.
+ *
+ * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in the patch's
+ * scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted surface. */
+#ifndef GNP_CORE_FILTER_H
+#define GNP_CORE_FILTER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "estimate.h"
+
+struct gnp_filter_options {
+	struct gnp_estimate_options estimate; /* which surfaces; its quantities are ignored */
+	double alpha;      /* > 0: the largest deviation that is kept */
+	bool consensus;    /* also drop what the estimator itself judges an outlier (gnp with weights of that regime, adaptive) */
+	double gross;      /* 0: no pre-filter; else >= 1: points are linked that are at most this many local spacings apart ... */
+	int cluster;       /* ... and what hangs together in fewer points than this is dropped first; 1..1e6 */
+	bool project;      /* move kept points onto the surface along the patch's normal */
+	int iterations;    /* of projection, at most; 1..100 */
+	double tolerance;  /* projection stops when the root mean square move is at most this many mean spacings; >= 0 */
+};
+
+/* The paper's: alpha 0.1, no pre-filter (cluster 50), no projection (1 iteration, tolerance 1e-3); consensus. */
+struct gnp_filter_options gnp_filter_defaults(void);
+
+/* Why projection ended. */
+enum gnp_filter_stop { GNP_FILTER_NOT_PROJECTED, GNP_FILTER_ITERATIONS, GNP_FILTER_TOLERANCE, GNP_FILTER_NO_PROGRESS };
+const char *gnp_filter_stop_text(enum gnp_filter_stop stop);
+
+/* Owned by the caller; gnp_filter_clear frees it. n: points of the cloud, m: kept. */
+struct gnp_filter {
+	size_t count, kept;      /* n, m */
+	unsigned char *keep;     /* (n) 0 or 1 */
+	double *deviation;       /* (n) in scaled heights, finite. Of points the pre-filter dropped: the distance to the nearest point it
+	                            left, in that one's scaled height */
+	uint32_t *index;         /* (m) ascending: the cloud's index of each kept point */
+	double *points;          /* (m, 3) [length] */
+	double *normals;         /* (m, 3) outward unit normals of the fitted surface */
+	size_t dropped_gross, dropped_deviation, dropped_consensus; /* by the first of these rules that took the point */
+	int iterations;          /* of projection done */
+	double moved;            /* root mean square move of the last of them [length] */
+	enum gnp_filter_stop stop;
+	int normals_estimated;   /* as in struct gnp_estimate, as are these: */
+	size_t components, patches, degenerate;
+	const struct gnp_model *model;
+};
+
+/* Deterministic for any worker count. On failure *out is unchanged. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when fewer points are kept
+ * than a neighbourhood has. task may be NULL. */
+gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options, struct gnp_pool *pool,
+                          struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error);
+void gnp_filter_clear(struct gnp_filter *filter);
+
+/* Peak bytes gnp_filter_run may allocate for count points, for admission control. */
+size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options);
+
+#endif
