@@ -53,11 +53,15 @@ static unsigned char *damage(const unsigned char *data, size_t size, uint64_t *s
 	return copy;
 }
 
+static const struct gnp_tensor_info inputs[] = {{.name = "h", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
+                                                {.name = "w", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
+static const struct gnp_file_wants wants = {1000, inputs, 2};
+
 static void try_file(enum gnp_format format, const unsigned char *data, size_t size)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0}, second = {0};
-	gnp_status status = gnp_file_decode(format, data, size, 1000, &tensors, &error);
+	gnp_status status = gnp_file_decode(format, data, size, &wants, &tensors, &error);
 	CHECK(status == GNP_OK || (error.text[0] && tensors.count == 0));
 	gnp_tensors_clear(&tensors);
 	status = gnp_file_decode_all(format, data, size, &tensors, &second);

@@ -57,7 +57,8 @@ static void default_texts_equal_the_defaults(void)
 		for (size_t p = 0; p < operation->parameter_count; p++) {
 			const struct gnp_parameter *parameter = &operation->parameters[p];
 			static const size_t sizes[] = {
-				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
+				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double),
+				[GNP_PARAMETER_AUTO] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
 				[GNP_PARAMETER_CHOICE] = sizeof(int), [GNP_PARAMETER_SET] = sizeof(uint64_t),
 				[GNP_PARAMETER_MODEL] = GNP_MODEL_NAME_MAX + 1};
 			size_t size = sizes[parameter->type];
