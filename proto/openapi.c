@@ -64,12 +64,26 @@ static void put_quoted(struct writer *w, const char *text)
 	PUT(w, "'");
 }
 
+/* As every YAML reads it: older ones take 1e+200 for a text and 1.0e+200 for a number. */
+static void put_number(struct writer *w, double value)
+{
+	char text[GNP_NUMBER_LENGTH_MAX + 1];
+	text[gnp_number_write_double(text, value)] = '\0';
+	int mantissa = (int)strcspn(text, "e");
+	bool plain = !text[mantissa] || strchr(text, '.');
+	PUT(w, "%.*s%s%s", mantissa, text, plain ? "" : ".0", text + mantissa);
+}
+
 static void put_range(struct writer *w, const struct gnp_parameter *p)
 {
-	char low[GNP_NUMBER_LENGTH_MAX + 1], high[GNP_NUMBER_LENGTH_MAX + 1];
-	low[gnp_number_write_double(low, p->minimum)] = '\0';
-	high[gnp_number_write_double(high, p->maximum)] = '\0';
-	PUT(w, ", minimum: %s, maximum: %s", low, high);
+	if (p->minimum == GNP_ABOVE_ZERO) {
+		PUT(w, ", minimum: 0, exclusiveMinimum: true");
+	} else {
+		PUT(w, ", minimum: ");
+		put_number(w, p->minimum);
+	}
+	PUT(w, ", maximum: ");
+	put_number(w, p->maximum);
 }
 
 static void put_type(struct writer *w, const struct gnp_parameter *p)
@@ -105,7 +119,9 @@ static void put_schema(struct writer *w, const struct gnp_operation *operation, 
 		PUT(w, ", maxLength: %d", GNP_MODEL_NAME_MAX);
 	PUT(w, ", default: ");
 	double number;
-	if (p->type == GNP_PARAMETER_BOOL || gnp_number_read(p->default_text, p->default_text + strlen(p->default_text), &number))
+	if (gnp_number_read(p->default_text, p->default_text + strlen(p->default_text), &number))
+		put_number(w, number);
+	else if (p->type == GNP_PARAMETER_BOOL)
 		PUT(w, "%s", p->default_text);
 	else
 		put_quoted(w, p->default_text);
@@ -180,7 +196,7 @@ static void put_file_operation(struct writer *w, const struct gnp_operation *ope
 	}
 	PUT(w, "]}\n      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
-	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with its quantities'\n          content:\n");
+	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a comment left_out names those that a format made of rows cannot hold'\n          content:\n");
 	put_media_types(w, false, "            ");
 	PUT(w, "        default: {$ref: '#/components/responses/Error'}\n");
 }

@@ -9,7 +9,8 @@
 #include "number.h"
 #include "operation_table.h"
 
-static const struct gnp_operation *const operations[] = {&gnp_operation_estimate};
+static const struct gnp_operation *const operations[] = {&gnp_operation_estimate, &gnp_operation_filter,
+                                                         &gnp_operation_flow};
 
 const struct gnp_operation *gnp_operation_at(size_t i)
 {
