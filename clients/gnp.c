@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "command.h"
+#include "linalg.h"
 
 #ifndef GNP_VERSION
 #define GNP_VERSION "0.1.0"
@@ -96,6 +97,8 @@ static enum gnp_exit run_named(const char *name, int argc, char **argv, struct g
 
 int main(int argc, char **argv)
 {
+	gnp_linalg_restart(argv);
+	gnp_linalg_init();
 	/* A closed pipe or connection is an error of the write, not the end of the program. */
 	signal(SIGPIPE, SIG_IGN);
 	if (argc < 2) {

@@ -4,8 +4,9 @@
 
 #include <stddef.h>
 
-/* OpenBLAS picks its kernels by processor model before main runs, and takes a model newer than itself for an old one. Where
- * the environment does not say which to take (OPENBLAS_CORETYPE), this names those of the instruction set that is there and
+/* OpenBLAS picks its kernels by processor model before main runs, and takes a model newer than itself for an old one; and unless it
+ * is told before that too to keep to one thread, threads that call it at once wait for each other. Where the environment does not
+ * say (OPENBLAS_CORETYPE, OPENBLAS_NUM_THREADS), this names the kernels of the instruction set that is there and one thread, and
  * starts the program anew with the same arguments; it returns when there is nothing to do or that fails. First in main. */
 void gnp_linalg_restart(char **argv);
 

@@ -14,6 +14,7 @@
 
 #include "config.h"
 #include "http.h"
+#include "linalg.h"
 #include "listen.h"
 #include "operation.h"
 #include "server.h"
@@ -233,6 +234,8 @@ int main(int argc, char **argv)
 	struct gnpd_config config;
 	struct gnp_error error = {0};
 	enum gnpd_config_action action;
+	gnp_linalg_restart(argv);
+	gnp_linalg_init();
 	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
 	if (status == GNP_OK)
 		status = act(action, &config, &error);
