@@ -7,6 +7,7 @@
 #include "area.h"
 #include "memory.h"
 #include "model.h"
+#include "outliers.h"
 #include "strays.h"
 #include "vector.h"
 
@@ -124,34 +125,64 @@ static gnp_status drop_strays(struct run *run, const struct gnp_prepared *prepar
 
 /* ---- Deviations ---- */
 
-/* Estimates at the points that are left, in their order; the normals are theirs if those are `known`. *spacing (may be NULL): the root
- * of the mean area a point stands for. */
-static gnp_status estimate(struct run *run, bool known, struct gnp_estimate *found, double *spacing, struct gnp_error *error)
+/* The points that are left, made ready, and what is known of them. Cleared by view_clear. */
+struct view {
+	struct gnp_prepared prepared;
+	struct gnp_estimate found;  /* rows as the points are left */
+	unsigned char *outlier;     /* (kept) by consensus, in the same order; NULL: not asked */
+};
+
+static void view_clear(struct view *view)
+{
+	gnp_prepared_clear(&view->prepared);
+	gnp_estimate_clear(&view->found);
+	free(view->outlier);
+}
+
+/* The normals are those of the points that are left if these are `known`. */
+static gnp_status look(struct run *run, bool known, struct view *view, struct gnp_error *error)
 {
 	const struct gnp_cloud cloud = {run->result.kept, run->result.points, known ? run->result.normals : NULL};
 	struct gnp_estimate_options options = run->options->estimate;
-	struct gnp_prepared prepared;
-	double *area = spacing ? gnp_array_new(cloud.count, sizeof *area) : NULL, total = 0;
 	options.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	options.if_offered = run->options->consensus ? GNP_QUANTITY_BIT(GNP_OUTLIER) : 0;
-	gnp_status status = area || !spacing ? gnp_cloud_check(&cloud, least_points(run->options), error) : no_memory(cloud.count, error);
+	gnp_status status = gnp_cloud_check(&cloud, least_points(run->options), error);
 	if (status == GNP_OK)
-		status = gnp_prepare(&cloud, run->pool, run->task, &prepared, error);
-	if (status != GNP_OK) {
-		free(area);
-		return status;
-	}
+		status = gnp_prepare(&cloud, run->pool, run->task, &view->prepared, error);
+	if (status == GNP_OK)
+		status = gnp_estimate_prepared(&view->prepared, &options, run->pool, run->task, &view->found, error);
 	if (!known)
-		run->result.components = prepared.components;
-	if (area)
-		status = gnp_area_measure(&prepared, run->pool, run->task, area, NULL, error);
-	for (size_t i = 0; area && i < cloud.count && status == GNP_OK; i++)
+		run->result.components = view->prepared.components;
+	return status;
+}
+
+/* By the estimator, or where it does not judge by itself. */
+static gnp_status judge(struct run *run, struct view *view, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = &view->prepared;
+	size_t count = prepared->count;
+	const double *judged = view->found.values[GNP_OUTLIER];
+	unsigned char *sorted = gnp_array_new(count, 1);
+	view->outlier = gnp_array_new(count, 1);
+	gnp_status status = sorted && view->outlier ? GNP_OK : no_memory(count, error);
+	if (status == GNP_OK && !judged) {
+		gnp_task_stage(run->task, GNP_STAGE_FILTER, 2 * count);
+		status = gnp_outliers_find(prepared->points, prepared->normals, count, prepared->neighbors, run->pool, run->task, sorted, error);
+	}
+	for (size_t i = 0; i < count && status == GNP_OK; i++)
+		view->outlier[prepared->order[i]] = judged ? judged[prepared->order[i]] > 0 : sorted[i];
+	free(sorted);
+	return status;
+}
+
+/* The root of the mean area a point stands for. */
+static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing, struct gnp_error *error)
+{
+	double *area = gnp_array_new(prepared->count, sizeof *area), total = 0;
+	gnp_status status = area ? gnp_area_measure(prepared, run->pool, run->task, area, NULL, error) : no_memory(prepared->count, error);
+	for (size_t i = 0; i < prepared->count && status == GNP_OK; i++)
 		total += area[i];
-	if (spacing)
-		*spacing = sqrt(total / (double)cloud.count);
-	if (status == GNP_OK)
-		status = gnp_estimate_prepared(&prepared, &options, run->pool, run->task, found, error);
-	gnp_prepared_clear(&prepared);
+	*spacing = sqrt(total / (double)prepared->count);
 	free(area);
 	return status;
 }
@@ -163,12 +194,12 @@ static double finite_deviation(double deviation)
 }
 
 /* The rule itself: mask (kept) out. */
-static void apply_rule(struct run *run, const struct gnp_estimate *found, unsigned char *mask)
+static void apply_rule(struct run *run, const struct view *view, unsigned char *mask)
 {
 	struct gnp_filter *r = &run->result;
 	for (size_t i = 0; i < r->kept; i++) {
-		double deviation = finite_deviation(found->values[GNP_DEVIATION][i]);
-		bool near = deviation <= run->options->alpha, judged = found->values[GNP_OUTLIER] && found->values[GNP_OUTLIER][i] > 0;
+		double deviation = finite_deviation(view->found.values[GNP_DEVIATION][i]);
+		bool near = deviation <= run->options->alpha, judged = view->outlier && view->outlier[i];
 		r->deviation[r->index[i]] = deviation;
 		r->keep[r->index[i]] = mask[i] = near && !judged;
 		r->dropped_deviation += !near;
@@ -198,27 +229,38 @@ static double project(struct run *run, const struct gnp_estimate *found, const u
 	return moved ? sqrt(sum / (double)moved) : 0;
 }
 
-static gnp_status drop_outliers(struct run *run, double *spacing, struct gnp_error *error)
+/* mask (kept): room for the rule's answer. */
+static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing, struct gnp_error *error)
 {
 	struct gnp_filter *r = &run->result;
-	struct gnp_estimate found = {0};
-	unsigned char *mask = gnp_array_new(r->kept, 1);
-	gnp_status status = mask ? estimate(run, !r->normals_estimated, &found, spacing, error) : no_memory(r->kept, error);
-	if (status == GNP_OK) {
-		apply_rule(run, &found, mask);
-		take_normals(run, &found);
-		r->model = found.model;
-		r->patches = found.patches;
-		r->degenerate = found.degenerate;
-		if (run->options->project) {
-			r->moved = project(run, &found, mask);
-			r->iterations = 1;
-		}
-		compact(run, mask);
+	gnp_status status = look(run, !r->normals_estimated, view, error);
+	if (status == GNP_OK && run->options->consensus)
+		status = judge(run, view, error);
+	if (status == GNP_OK && run->options->project)
+		status = measure_spacing(run, &view->prepared, spacing, error);
+	if (status != GNP_OK)
+		return status;
+	apply_rule(run, view, mask);
+	take_normals(run, &view->found);
+	r->model = view->found.model;
+	r->patches = view->found.patches;
+	r->degenerate = view->found.degenerate;
+	if (run->options->project) {
+		r->moved = project(run, &view->found, mask);
+		r->iterations = 1;
 	}
-	gnp_estimate_clear(&found);
+	compact(run, mask);
+	return check_left(run, "alpha", error);
+}
+
+static gnp_status drop_outliers(struct run *run, double *spacing, struct gnp_error *error)
+{
+	struct view view = {.outlier = NULL};
+	unsigned char *mask = gnp_array_new(run->result.kept, 1);
+	gnp_status status = mask ? apply(run, &view, mask, spacing, error) : no_memory(run->result.kept, error);
+	view_clear(&view);
 	free(mask);
-	return status == GNP_OK ? check_left(run, "alpha", error) : status;
+	return status;
 }
 
 /* ---- Projection, again ---- */
@@ -228,22 +270,22 @@ static gnp_status project_once(struct run *run, struct gnp_error *error)
 {
 	static const double progress = 0.9;
 	struct gnp_filter *r = &run->result;
-	struct gnp_estimate found = {0};
+	struct view view = {.outlier = NULL};
 	double *before = gnp_array_new(r->kept, 3 * sizeof *before);
-	gnp_status status = before ? estimate(run, true, &found, NULL, error) : no_memory(r->kept, error);
+	gnp_status status = before ? look(run, true, &view, error) : no_memory(r->kept, error);
 	if (status == GNP_OK) {
 		memcpy(before, r->points, 3 * r->kept * sizeof *before);
-		double moved = project(run, &found, NULL);
+		double moved = project(run, &view.found, NULL);
 		if (moved < progress * r->moved) {
 			r->moved = moved;
 			r->iterations++;
-			take_normals(run, &found);
+			take_normals(run, &view.found);
 		} else {
 			memcpy(r->points, before, 3 * r->kept * sizeof *before);
 			r->stop = GNP_FILTER_NO_PROGRESS;
 		}
 	}
-	gnp_estimate_clear(&found);
+	view_clear(&view);
 	free(before);
 	return status;
 }
@@ -311,7 +353,7 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
 	if (status == GNP_OK && options->gross > 0)
 		status = prefilter(&run, cloud, error);
 	if (status == GNP_OK)
-		status = drop_outliers(&run, options->project ? &spacing : NULL, error);
+		status = drop_outliers(&run, &spacing, error);
 	if (status == GNP_OK && options->project)
 		status = project_on(&run, spacing, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);

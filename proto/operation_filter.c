@@ -33,7 +33,7 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 static const struct gnp_parameter parameters[] = {
 	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), "0.1", GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
 	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), "true", 0, 0, NULL,
-	 "also drop what the estimator itself takes for an outlier (adaptive; gnp with weights of the regime outlier)"},
+	 "also drop what does not lie on the surface its neighbours agree on, however little it is off"},
 	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), "3", 0, 1e6, NULL,
 	 "drop far points, small clusters and clutter first: points hang together that are at most this many local spacings apart, at least 1; "
 	 "0: off"},
