@@ -156,6 +156,27 @@ static gnp_status look(struct run *run, bool known, struct view *view, struct gn
 	return status;
 }
 
+/* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs alone. */
+static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	enum { NEAR = 17 };
+	const struct view *view = context;
+	const struct gnp_prepared *prepared = &view->prepared;
+	uint32_t index[NEAR];
+	double distance[NEAR];
+	size_t near = NEAR < prepared->count ? NEAR : prepared->count;
+	for (size_t i = begin; i < end; i++) {
+		size_t same = 0;
+		gnp_status status = gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * i, 1, near, index, distance, scratch, error);
+		if (status != GNP_OK)
+			return status;
+		for (size_t j = 0; j < near; j++)
+			same += index[j] != i && gnp_same_sheet(prepared->normals + 3 * i, prepared->normals + 3 * (size_t)index[j]);
+		view->outlier[prepared->order[i]] |= 4 * same < near;
+	}
+	return GNP_OK;
+}
+
 /* By the estimator, or where it does not judge by itself. */
 static gnp_status judge(struct run *run, struct view *view, struct gnp_error *error)
 {
@@ -172,7 +193,7 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		view->outlier[prepared->order[i]] = judged ? judged[prepared->order[i]] > 0 : sorted[i];
 	free(sorted);
-	return status;
+	return status == GNP_OK ? gnp_pool_run(run->pool, run->task, count, 512, turned_chunk, view, error) : status;
 }
 
 /* The root of the mean area a point stands for. */
