@@ -189,8 +189,8 @@ static gnp_status build_patches(const struct work *work, size_t begin, size_t co
 static double deviation(const struct gnp_patch *patch, const struct gnp_surface *surface, const double position[3], double u,
                         double v)
 {
-	double d[3] = {position[0] - patch->origin[0], position[1] - patch->origin[1], position[2] - patch->origin[2]};
-	return fabs(gnp_dot(d, patch->frame[2]) - gnp_surface_jet(surface, u, v).f) / patch->scale_w;
+	const double *o = surface->origin, d[3] = {position[0] - o[0], position[1] - o[1], position[2] - o[2]};
+	return fabs(gnp_dot(d, surface->frame[2]) - gnp_surface_jet(surface, u, v).f) / patch->scale_w;
 }
 
 static void write_point(const struct work *work, const struct gnp_patch *patch, const struct gnp_fit *fit, size_t point,

@@ -1,7 +1,11 @@
 /* Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.
  *
  * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in the patch's
- * scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted surface. */
+ * scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted surface.
+ *
+ * A point far from all others has a patch of its own, made of it and a piece of surface far away, which fits it: such points, and small
+ * clusters of them, are found before by their distances (strays.h). Points displaced along the surface still lie on it and are kept; at an
+ * open boundary they widen it. A cluster with as many points as `cluster` is taken for a surface. */
 #ifndef GNP_CORE_FILTER_H
 #define GNP_CORE_FILTER_H
 
@@ -14,14 +18,14 @@ struct gnp_filter_options {
 	struct gnp_estimate_options estimate; /* which surfaces; its quantities are ignored */
 	double alpha;      /* > 0: the largest deviation that is kept */
 	bool consensus;    /* also drop what the estimator itself judges an outlier (gnp with weights of that regime, adaptive) */
-	double gross;      /* 0: no pre-filter; else >= 1: points are linked that are at most this many local spacings apart ... */
+	double gross;      /* 0: no pre-filter (strays.h); else >= 1: points are linked that are this many local spacings apart or less ... */
 	int cluster;       /* ... and what hangs together in fewer points than this is dropped first; 1..1e6 */
 	bool project;      /* move kept points onto the surface along the patch's normal */
 	int iterations;    /* of projection, at most; 1..100 */
 	double tolerance;  /* projection stops when the root mean square move is at most this many mean spacings; >= 0 */
 };
 
-/* The paper's: alpha 0.1, no pre-filter (cluster 50), no projection (1 iteration, tolerance 1e-3); consensus. */
+/* The paper's alpha, 0.1, with consensus; gross 3 and cluster 50; no projection (1 iteration, tolerance 1e-3). */
 struct gnp_filter_options gnp_filter_defaults(void);
 
 /* Why projection ended. */
@@ -33,7 +37,7 @@ struct gnp_filter {
 	size_t count, kept;      /* n, m */
 	unsigned char *keep;     /* (n) 0 or 1 */
 	double *deviation;       /* (n) in scaled heights, finite. Of points the pre-filter dropped: the distance to the nearest point it
-	                            left, in that one's scaled height */
+	                            left, in local spacings (strays.h) */
 	uint32_t *index;         /* (m) ascending: the cloud's index of each kept point */
 	double *points;          /* (m, 3) [length] */
 	double *normals;         /* (m, 3) outward unit normals of the fitted surface */

@@ -3,7 +3,8 @@
  *
  * Lengths that are NAN in the options follow the cloud: its spacing h is the root of the mean area of its points' Voronoi cells in
  * their tangent planes at the start. The defaults are the paper's absolute values (dt 1e-4, r0 0.00667, r1 0.005) on its shapes of
- * 100,000 points, whose spacing is 0.0112: dt = 0.8 h^2, r0 = 0.6 h, r1 = 0.45 h. */
+ * 100,000 points, whose spacing is 0.0112: dt = 0.8 h^2, r0 = 0.6 h, r1 = 0.45 h. Explicit steps are stable up to about 2 h^2 of the
+ * densest points, so that a dt left open follows these as they crowd together; one that is given stays what it is. */
 #ifndef GNP_CORE_FLOW_H
 #define GNP_CORE_FLOW_H
 
@@ -29,12 +30,14 @@ struct gnp_flow_options {
 	double spacing;          /* r1: points are thinned to this distance after each step [length]; 0: never; or NAN */
 	double insertion;        /* points are inserted where none is within this distance on the surface [length]; 0: never; or NAN: 1.5 h */
 	double tangential;       /* 0..1: how far a point moves towards the centroid of its cell, along the surface, before each step */
+	double projection;       /* 0..1: how far a point moves towards the surface fitted about it, before each step. It damps what fits do
+	                            not see and H cannot straighten; 0: the paper's step to the letter */
 	double singularity;      /* > 0: the flow stops when curvature times spacing exceeds this */
 	double spacing_limit;    /* > 1: it stops when points are this many times h apart */
 	int snapshot_every;      /* steps; 0: no snapshots. The start and the end are among them */
 };
 
-/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, singularity 0.3, spacing_limit 4, no snapshots. */
+/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, projection 0.1, singularity 0.5, spacing_limit 4, no snapshots. */
 struct gnp_flow_options gnp_flow_defaults(void);
 
 /* Most bytes of snapshots. */
@@ -44,7 +47,7 @@ enum gnp_flow_stop {
 	GNP_FLOW_STEPS,       /* all that were asked for were taken */
 	GNP_FLOW_SINGULARITY, /* curvature times spacing above the bound: a neck or a point collapses */
 	GNP_FLOW_SPACING,     /* points too far apart to tell the surface */
-	GNP_FLOW_UNSTABLE,    /* a step would move points past their neighbours: dt is too large, or the curvature is noise */
+	GNP_FLOW_UNSTABLE,    /* points move past their neighbours, or to and fro: dt is too large, or the curvature is noise */
 	GNP_FLOW_NOT_FINITE,  /* the estimate has no finite value somewhere */
 	GNP_FLOW_VANISHED     /* fewer points left than a neighbourhood has */
 };
@@ -85,7 +88,7 @@ struct gnp_flow {
 	struct gnp_flow_snapshots snapshots;
 	enum gnp_flow_stop stop;
 	char reason[256];        /* a sentence with the figures */
-	double spacing, dt, smoothing_radius, thinning, insertion; /* those used [length]; h at the start */
+	double spacing, dt, smoothing_radius, thinning, insertion; /* those used [length]; h and dt at the start */
 	int normals_estimated;   /* as in struct gnp_estimate, as are these: */
 	size_t components;
 	const struct gnp_model *model;

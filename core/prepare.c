@@ -33,15 +33,14 @@ static void gather_normals(struct gnp_prepared *prepared, const struct gnp_cloud
 	}
 }
 
-static gnp_status fill(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
-                       struct gnp_prepared *prepared, struct gnp_error *error)
+/* Order, points and their index. */
+static gnp_status fill_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *prepared, struct gnp_error *error)
 {
 	size_t n = cloud->count;
 	prepared->count = n;
 	prepared->order = gnp_array_new(n, sizeof *prepared->order);
 	prepared->points = gnp_array_new(n, 3 * sizeof(double));
-	prepared->normals = gnp_array_new(n, 3 * sizeof(double));
-	if (!prepared->order || !prepared->points || !prepared->normals)
+	if (!prepared->order || !prepared->points)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "points: no memory for %zu", n);
 	gnp_task_stage(task, GNP_STAGE_ORDER, 0);
 	gnp_status status = gnp_order_compute(cloud->points, n, prepared->order, error);
@@ -49,23 +48,41 @@ static gnp_status fill(const struct gnp_cloud *cloud, struct gnp_pool *pool, str
 		return status;
 	gather_points(prepared, cloud);
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, 0);
-	status = gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
-	if (status != GNP_OK)
-		return status;
+	return gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
+}
+
+static gnp_status fill_normals(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *prepared,
+                               struct gnp_error *error)
+{
+	size_t n = cloud->count;
+	prepared->normals = gnp_array_new(n, 3 * sizeof(double));
+	if (!prepared->normals)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "normals: no memory for %zu", n);
 	gnp_task_stage(task, GNP_STAGE_ORIENT, cloud->normals ? n : 2 * n); /* two passes over the points */
-	if (cloud->normals)
-		gather_normals(prepared, cloud);
-	else
-		status = gnp_orient_normals(prepared->points, n, prepared->neighbors, 0, pool, task, prepared->normals,
-		                            &prepared->components, error);
-	return status;
+	if (!cloud->normals)
+		return gnp_orient_normals(prepared->points, n, prepared->neighbors, 0, pool, task, prepared->normals, &prepared->components, error);
+	gather_normals(prepared, cloud);
+	return GNP_OK;
 }
 
 gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
                        struct gnp_prepared *out, struct gnp_error *error)
 {
 	struct gnp_prepared prepared = {0};
-	gnp_status status = fill(cloud, pool, task, &prepared, error);
+	gnp_status status = fill_points(cloud, task, &prepared, error);
+	if (status == GNP_OK)
+		status = fill_normals(cloud, pool, task, &prepared, error);
+	if (status == GNP_OK)
+		*out = prepared;
+	else
+		gnp_prepared_clear(&prepared);
+	return status;
+}
+
+gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out, struct gnp_error *error)
+{
+	struct gnp_prepared prepared = {0};
+	gnp_status status = fill_points(cloud, task, &prepared, error);
 	if (status == GNP_OK)
 		*out = prepared;
 	else

@@ -23,6 +23,9 @@ struct gnp_prepared {
  * absent. On failure *out is unchanged. */
 gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
                        struct gnp_prepared *out, struct gnp_error *error);
+
+/* The same without normals, which are NULL: for what goes by distances alone. */
+gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out, struct gnp_error *error);
 void gnp_prepared_clear(struct gnp_prepared *prepared);
 
 #endif

@@ -17,6 +17,7 @@ double gnp_clock(void)
 
 void gnp_task_init(struct gnp_task *task)
 {
+	task->parent = NULL;
 	atomic_init(&task->cancelled, GNP_OK);
 	atomic_init(&task->stage, GNP_STAGE_WAITING);
 	atomic_init(&task->done, 0);
@@ -24,6 +25,12 @@ void gnp_task_init(struct gnp_task *task)
 	task->started = gnp_clock();
 	for (int i = 0; i < GNP_STAGE_COUNT; i++)
 		task->seconds[i] = 0;
+}
+
+void gnp_task_init_part(struct gnp_task *task, const struct gnp_task *parent)
+{
+	gnp_task_init(task);
+	task->parent = parent;
 }
 
 void gnp_task_stop(struct gnp_task *task, gnp_status reason)
@@ -39,9 +46,9 @@ void gnp_task_cancel(struct gnp_task *task)
 
 gnp_status gnp_task_check(const struct gnp_task *task, struct gnp_error *error)
 {
-	if (!task)
-		return GNP_OK;
-	gnp_status reason = (gnp_status)atomic_load_explicit(&task->cancelled, memory_order_relaxed);
+	gnp_status reason = GNP_OK;
+	for (; task && reason == GNP_OK; task = task->parent)
+		reason = (gnp_status)atomic_load_explicit(&task->cancelled, memory_order_relaxed);
 	if (reason != GNP_OK)
 		gnp_error_set(error, reason, "%s", gnp_status_text(reason));
 	return reason;
@@ -71,6 +78,16 @@ void gnp_task_rebook(struct gnp_task *task, enum gnp_stage from, enum gnp_stage 
 		return;
 	task->seconds[from] -= seconds;
 	task->seconds[to] += seconds;
+}
+
+void gnp_task_book_part(struct gnp_task *task, const struct gnp_task *part)
+{
+	if (!task)
+		return;
+	/* The current stage is still open: what is taken from it now, its closing adds. */
+	for (int i = 0; i < GNP_STAGE_COUNT; i++)
+		if (part->seconds[i] > 0 && i != GNP_STAGE_WAITING && i != GNP_STAGE_DONE)
+			gnp_task_rebook(task, (enum gnp_stage)atomic_load(&task->stage), (enum gnp_stage)i, part->seconds[i]);
 }
 
 double gnp_task_fraction(const struct gnp_task *task)

@@ -20,6 +20,8 @@
 	X(GNP_STAGE_ORIENT, "orient")     \
 	X(GNP_STAGE_PREPARE, "prepare")   \
 	X(GNP_STAGE_ESTIMATE, "estimate") \
+	X(GNP_STAGE_FILTER, "filter")     \
+	X(GNP_STAGE_FLOW, "flow")         \
 	X(GNP_STAGE_ENCODE, "encode")     \
 	X(GNP_STAGE_DONE, "done")
 
@@ -31,6 +33,7 @@ enum gnp_stage {
 };
 
 struct gnp_task {
+	const struct gnp_task *parent; /* NULL, or the task this one is a part of: what stops that one stops this one */
 	atomic_int cancelled;      /* 0, or the gnp_status to stop with */
 	atomic_int stage;          /* enum gnp_stage */
 	atomic_size_t done, total; /* work items of the current stage */
@@ -39,6 +42,12 @@ struct gnp_task {
 };
 
 void gnp_task_init(struct gnp_task *task);
+
+/* A part of parent (which outlives it; may be NULL), with stages and progress of its own. */
+void gnp_task_init_part(struct gnp_task *task, const struct gnp_task *parent);
+
+/* Coordinator: books the seconds of a part's stages, which passed during the task's current stage, on those stages of the task. */
+void gnp_task_book_part(struct gnp_task *task, const struct gnp_task *part);
 
 /* Asks the work to stop; it ends with GNP_CANCELLED within one chunk (milliseconds). Idempotent. */
 void gnp_task_cancel(struct gnp_task *task);

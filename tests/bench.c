@@ -9,6 +9,8 @@
 #include <unistd.h>
 
 #include "estimate.h"
+#include "filter.h"
+#include "flow.h"
 #include "linalg.h"
 #include "models.h"
 #include "random.h"
@@ -16,6 +18,10 @@
 #include "vector.h"
 
 enum { RUNS_MAX = 9 };
+
+/* What is timed: an estimate, a filter, a step of a flow (the mean of STEPS). */
+enum work { ESTIMATE, FILTER, FLOW_EXPLICIT, FLOW_SEMI_IMPLICIT, FLOW_CONFORMAL };
+enum { STEPS = 5 };
 
 struct row {
 	double seconds, stage[GNP_STAGE_COUNT]; /* medians */
@@ -30,24 +36,30 @@ struct bench_case {
 	int runs, estimator, cover, k, with_normals;
 	uint64_t quantities; /* 0: the default ones */
 	const char *weights; /* of ./weights or auto; v1 and v2: the reference package's networks with random parameters */
+	enum work work;
 };
 
 static const struct bench_case cases[] = {
-	{"estimate_all_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
-	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL, NULL},
-	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, NULL},
-	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 0, 0, NULL},
-	{"adaptive_all_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_ADAPTIVE, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
-	{"gnp_clean_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "clean_50k"},
-	{"gnp_outlier_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "outlier_50k"},
-	{"gnp_noise_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "noise_70k"},
-	{"gnp_auto_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "auto"},
-	{"gnp_clean_all_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, "clean_50k"},
-	{"gnp_v1_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v1"},
-	{"gnp_v2_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v2"},
-	{"estimate_all_2k", "toroidal", 2000, 9, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
-	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL},
-	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL, NULL},
+	{"estimate_all_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"estimate_all_100k_k50", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 50, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"estimate_cover_100k", "toroidal", 100000, 7, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"estimate_default_100k_no_normals", "toroidal", 100000, 5, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 0, 0, NULL, ESTIMATE},
+	{"adaptive_all_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_ADAPTIVE, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"gnp_clean_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "clean_50k", ESTIMATE},
+	{"gnp_outlier_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "outlier_50k", ESTIMATE},
+	{"gnp_noise_cover_100k", "toroidal", 100000, 5, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "noise_70k", ESTIMATE},
+	{"gnp_auto_cover_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "auto", ESTIMATE},
+	{"gnp_clean_all_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, "clean_50k", ESTIMATE},
+	{"gnp_v1_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v1", ESTIMATE},
+	{"gnp_v2_cover_100k", "toroidal", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, GNP_QUANTITY_ALL, "v2", ESTIMATE},
+	{"estimate_all_2k", "toroidal", 2000, 9, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"estimate_all_1m", "toroidal", 1000000, 3, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 1, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"estimate_all_1m_no_normals", "toroidal", 1000000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_ALL, 30, 0, GNP_QUANTITY_ALL, NULL, ESTIMATE},
+	{"filter_gnp_100k", "toroidal", 100000, 3, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, 0, "outlier_50k", FILTER},
+	{"flow_step_gnp_100k", "torus", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, 0, "clean_50k", FLOW_EXPLICIT},
+	{"flow_step_gmls_100k", "torus", 100000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, 0, NULL, FLOW_EXPLICIT},
+	{"flow_step_semi_implicit_gnp_100k", "torus", 100000, 1, GNP_ESTIMATOR_GNP, GNP_COVER_COVER, 30, 1, 0, "clean_50k", FLOW_SEMI_IMPLICIT},
+	{"flow_step_conformal_100k", "torus", 100000, 1, GNP_ESTIMATOR_GMLS, GNP_COVER_COVER, 30, 1, 0, NULL, FLOW_CONFORMAL},
 };
 
 static double median(double *values, int count)
@@ -130,22 +142,70 @@ static gnp_status set_model(const struct bench_case *test, const struct gnp_mode
 	return published_model(test->weights[1] == '2', published, error);
 }
 
+static gnp_status time_flow(const struct bench_case *test, const struct gnp_estimate_options *options, const struct gnp_cloud *cloud,
+                            struct gnp_pool *pool, struct gnp_task *task, double *seconds, struct gnp_error *error)
+{
+	struct gnp_flow_options with = gnp_flow_defaults();
+	struct gnp_flow flow;
+	with.estimate = *options;
+	with.scheme = (int)test->work - FLOW_EXPLICIT + GNP_FLOW_EXPLICIT;
+	with.steps = STEPS;
+	gnp_status status = gnp_flow_run(cloud, NULL, &with, pool, task, &flow, error);
+	if (status != GNP_OK)
+		return status;
+	*seconds = 0;
+	for (size_t step = 1; step <= flow.steps; step++)
+		*seconds += flow.records[step].seconds / (double)flow.steps;
+	gnp_flow_clear(&flow);
+	return GNP_OK;
+}
+
+static gnp_status time_filter(const struct gnp_estimate_options *options, const struct gnp_cloud *cloud, struct gnp_pool *pool,
+                              struct gnp_task *task, struct gnp_error *error)
+{
+	struct gnp_filter_options with = gnp_filter_defaults();
+	struct gnp_filter filter;
+	with.estimate = *options;
+	gnp_status status = gnp_filter_run(cloud, &with, pool, task, &filter, error);
+	if (status == GNP_OK)
+		gnp_filter_clear(&filter);
+	return status;
+}
+
+static gnp_status time_estimate(const struct gnp_estimate_options *options, const struct gnp_cloud *cloud, struct gnp_pool *pool,
+                                struct gnp_task *task, struct gnp_error *error)
+{
+	struct gnp_estimate estimate;
+	gnp_status status = gnp_estimate_run(cloud, options, pool, task, &estimate, error);
+	if (status == GNP_OK)
+		gnp_estimate_clear(&estimate);
+	return status;
+}
+
+static gnp_status time_run(const struct bench_case *test, const struct gnp_estimate_options *options, const struct gnp_cloud *cloud,
+                           struct gnp_pool *pool, struct gnp_task *task, double *seconds, struct gnp_error *error)
+{
+	double start = gnp_clock();
+	gnp_task_init(task);
+	if (test->work >= FLOW_EXPLICIT)
+		return time_flow(test, options, cloud, pool, task, seconds, error);
+	gnp_status status = test->work == FILTER ? time_filter(options, cloud, pool, task, error)
+	                                         : time_estimate(options, cloud, pool, task, error);
+	*seconds = gnp_clock() - start;
+	return status;
+}
+
 static gnp_status time_runs(const struct bench_case *test, const struct gnp_estimate_options *options, const struct gnp_cloud *cloud,
                             struct gnp_pool *pool, struct row *row, struct gnp_error *error)
 {
 	double seconds[RUNS_MAX], stage[GNP_STAGE_COUNT][RUNS_MAX];
 	for (int run = 0; run < test->runs; run++) {
 		struct gnp_task task;
-		struct gnp_estimate estimate;
-		gnp_task_init(&task);
-		double start = gnp_clock();
-		gnp_status status = gnp_estimate_run(cloud, options, pool, &task, &estimate, error);
+		gnp_status status = time_run(test, options, cloud, pool, &task, &seconds[run], error);
 		if (status != GNP_OK)
 			return status;
-		seconds[run] = gnp_clock() - start;
 		for (int s = 0; s < GNP_STAGE_COUNT; s++)
 			stage[s][run] = task.seconds[s];
-		gnp_estimate_clear(&estimate);
 	}
 	row->seconds = median(seconds, test->runs);
 	for (int s = 0; s < GNP_STAGE_COUNT; s++)
