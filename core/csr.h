@@ -32,8 +32,4 @@ gnp_status gnp_csr_transpose(const struct gnp_csr *matrix, struct gnp_csr *out, 
 gnp_status gnp_csr_product(const struct gnp_csr *left, const struct gnp_csr *right, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_csr *out, struct gnp_error *error);
 
-/* Row row_of[i] of the result is row i, column column_of[j] column j: both are permutations. */
-gnp_status gnp_csr_permute(const struct gnp_csr *matrix, const uint32_t *row_of, const uint32_t *column_of,
-                           struct gnp_csr *out, struct gnp_error *error);
-
 #endif

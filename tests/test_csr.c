@@ -79,28 +79,9 @@ static void transposes_and_products_are_the_dense_ones(void)
 	gnp_csr_clear(&right);
 }
 
-static void permuting_moves_rows_and_columns(void)
-{
-	double dense[M * N], want[M * N];
-	uint32_t row_of[M], column_of[N];
-	struct gnp_csr matrix = random_matrix(M, N, 4, dense), out;
-	for (int i = 0; i < M; i++)
-		row_of[i] = (uint32_t)(i * 5 % M);
-	for (int j = 0; j < N; j++)
-		column_of[j] = (uint32_t)(j * 3 % N);
-	for (int i = 0; i < M; i++)
-		for (int j = 0; j < N; j++)
-			want[row_of[i] * N + column_of[j]] = dense[i * N + j];
-	CHECK(gnp_csr_permute(&matrix, row_of, column_of, &out, NULL) == GNP_OK);
-	check_dense(&out, want);
-	gnp_csr_clear(&out);
-	gnp_csr_clear(&matrix);
-}
-
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(multiplies_as_the_dense_matrix_does), TEST(transposes_and_products_are_the_dense_ones),
-	                                    TEST(permuting_moves_rows_and_columns)};
+	static const struct test tests[] = {TEST(multiplies_as_the_dense_matrix_does), TEST(transposes_and_products_are_the_dense_ones)};
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;
 	int status = RUN_TESTS(tests);
