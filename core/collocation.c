@@ -1,12 +1,13 @@
 #include "collocation.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "cell.h"
 #include "memory.h"
 #include "patch.h"
 #include "stencil.h"
-#include "cell.h"
 #include "taylor.h"
 
 enum { POINTS_A_CHUNK = 128 };
@@ -68,15 +69,13 @@ static bool take_row(const struct work *work, struct gnp_scratch *scratch, struc
 	return room && row->point && row->u && row->v;
 }
 
-/* The nearest usable points of a neighbourhood, in the plane tangent at the centre, by ascending index. */
-static void gather(const struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row)
+/* Takes the nearest points of a neighbourhood that are kept and, if one_sheet, of the centre's sheet, by ascending index. */
+static void choose_points(const struct work *work, size_t centre, const uint32_t *index, size_t found, bool one_sheet, struct row *row)
 {
-	const struct gnp_prepared *prepared = work->prepared;
-	const double *origin = prepared->points + 3 * centre, *normal = prepared->normals + 3 * centre;
-	gnp_tangents_of(normal, row->tangents);
+	const double *normals = work->prepared->normals;
 	row->count = 0;
 	for (size_t j = 0; j < found && row->count < work->wide; j++) {
-		if (!gnp_same_sheet(normal, prepared->normals + 3 * (size_t)index[j]) ||
+		if ((one_sheet && !gnp_same_sheet(normals + 3 * centre, normals + 3 * (size_t)index[j])) ||
 		    (work->rule->keep && !work->rule->keep[index[j]]))
 			continue;
 		size_t at = row->count++;
@@ -84,6 +83,17 @@ static void gather(const struct work *work, size_t centre, const uint32_t *index
 			row->point[at] = row->point[at - 1];
 		row->point[at] = index[j];
 	}
+}
+
+/* In the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they come. */
+static void gather(const struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	const double *origin = prepared->points + 3 * centre;
+	gnp_tangents_of(prepared->normals + 3 * centre, row->tangents);
+	choose_points(work, centre, index, found, true, row);
+	if (row->count < 2)
+		choose_points(work, centre, index, found, false, row);
 	for (size_t j = 0; j < row->count; j++) {
 		const double *p = prepared->points + 3 * (size_t)row->point[j];
 		double d[3] = {p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]};
@@ -121,6 +131,27 @@ static void write_row(struct work *work, size_t centre, const struct row *row)
 			out->value[d][at + j] = entry((enum gnp_derivative)d, row, j, work->prepared->normals + 3 * (size_t)row->point[j]);
 }
 
+/* Where even the lowest degree is not determined (strays, points on a line): the value is the others' mean, the Laplacian that of the
+ * graph, first derivatives are none. The system stays regular, and nobody else is any the worse. */
+static void fall_back(size_t centre, struct row *row)
+{
+	double square = 0;
+	size_t others = 0;
+	for (size_t j = 0; j < row->count; j++) {
+		square = fmax(square, row->u[j] * row->u[j] + row->v[j] * row->v[j]);
+		others += row->point[j] != centre;
+	}
+	double curvature = square > 0 ? 4 / square : 1; /* of the mean over a circle */
+	for (size_t j = 0; j < row->count; j++) {
+		bool own = row->point[j] == centre;
+		double share = own ? 0 : 1 / (double)others;
+		for (int part = 0; part < GNP_STENCIL_PARTS; part++)
+			row->weights[part][j] = 0;
+		row->weights[GNP_STENCIL_VALUE][j] = others ? share : own;
+		row->weights[GNP_STENCIL_UU][j] = row->weights[GNP_STENCIL_VV][j] = others ? curvature / 2 * (share - own) : 0;
+	}
+}
+
 static gnp_status make_row(struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row,
                            struct gnp_scratch *scratch, struct gnp_error *error)
 {
@@ -131,9 +162,8 @@ static gnp_status make_row(struct work *work, size_t centre, const uint32_t *ind
 	if (status == GNP_OUT_OF_MEMORY)
 		return gnp_error_set(error, status, "laplacian: no memory for a stencil of %zu points", row->count);
 	if (status != GNP_OK)
-		return gnp_error_set(error, status, "points: the %zu usable neighbours of point %u do not determine a polynomial of degree %u",
-		                     row->count, work->prepared->order[centre], work->lowest);
-	if (used < work->rule->degree)
+		fall_back(centre, row);
+	if (status != GNP_OK || used < work->rule->degree)
 		atomic_fetch_add_explicit(&work->reduced, 1, memory_order_relaxed);
 	write_row(work, centre, row);
 	return GNP_OK;

@@ -44,11 +44,11 @@ struct gnp_collocation {
 	uint32_t *column;                     /* (row_offsets[rows]) ascending within a row */
 	double *value[GNP_DERIVATIVE_COUNT];  /* (row_offsets[rows]) each; NULL where not asked for */
 	uint32_t *kept;                       /* (columns) the point of each column, ascending */
-	size_t reduced;                       /* rows fitted with a lower degree for want of neighbours */
+	size_t reduced;                       /* rows fitted with a lower degree, or by the mean of the others, for want of neighbours */
 };
 
-/* prepared: normals are those of the surface. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when the neighbours of a point do not determine even
- * the lowest degree that has the derivatives. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
+/* prepared: normals are those of the surface. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when no point is kept.
+ * Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_collocation_make(const struct gnp_prepared *prepared, const struct gnp_collocation_rule *rule,
                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_collocation *out,
                                 struct gnp_error *error);

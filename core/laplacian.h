@@ -21,7 +21,7 @@ struct gnp_laplacian_options {
 /* gmls at k 30 (estimate.h), square, drop 0.1, degree 4, neighbours by degree; the Laplacian. */
 struct gnp_laplacian_options gnp_laplacian_defaults(void);
 
-/* Rows and kept points in the cloud's order (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE where points determine no stencil or all are
+/* Rows and kept points in the cloud's order (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
  * dropped. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_collocation *out, struct gnp_error *error);
