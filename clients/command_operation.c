@@ -5,6 +5,7 @@
 #include "command.h"
 #include "file_io.h"
 #include "http_client.h"
+#include "result.h"
 #include "session.h"
 
 static const struct gnp_option client_options[] = {
@@ -78,35 +79,15 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 	return status;
 }
 
-/* A file of results needs the points they belong to: the computed ones, else those that came. */
-static gnp_status encode(const struct job *job, const struct gnp_request *request, const struct gnp_response *response,
-                         struct gnp_buffer *answer, struct gnp_error *error)
-{
-	struct gnp_tensors tensors = {0};
-	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
-	gnp_status status = GNP_OK;
-	if (points && !gnp_tensors_find(&response->outputs, "points"))
-		status = gnp_tensors_add_data(&tensors, points->name, points->datatype, points->rank, points->shape, points->data,
-		                              false, NULL, error);
-	for (size_t i = 0; i < response->outputs.count && status == GNP_OK; i++) {
-		const struct gnp_tensor *output = &response->outputs.items[i];
-		status = gnp_tensors_add_data(&tensors, output->name, output->datatype, output->rank, output->shape, output->data,
-		                              false, NULL, error);
-	}
-	if (status == GNP_OK)
-		status = gnp_file_encode(job->output_format, &tensors, &response->parameters, answer, error);
-	gnp_tensors_clear(&tensors);
-	return status;
-}
-
 static gnp_status run_local(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
 {
 	struct gnp_models *models = NULL;
 	struct gnp_request request = {0};
 	struct gnp_response response = {0};
 	struct gnp_call call;
+	const struct gnp_file_wants wants = {.inputs = job->operation->inputs, .input_count = job->operation->input_count};
 	gnp_task_stage(&session->task, GNP_STAGE_DECODE, 0);
-	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, 0, &request.inputs, error);
+	gnp_status status = gnp_file_decode(job->input_format, job->body.data, job->body.size, &wants, &request.inputs, error);
 	request.parameters = job->parameters;
 	if (status == GNP_OK && job->operation->resolve)
 		status = gnp_models_load(job->weights_dir, &models, error);
@@ -116,7 +97,7 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 		status = gnp_call_run(&call, session->pool, &session->task, &response, error);
 	gnp_task_stage(&session->task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = encode(job, &request, &response, answer, error);
+		status = gnp_result_encode(job->output_format, &request, &response, answer, error);
 	gnp_response_clear(&response);
 	request.parameters = (struct gnp_values){0};
 	gnp_request_clear(&request);
@@ -200,7 +181,7 @@ gnp_status gnp_command_for_operation(const struct gnp_operation *operation,
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		const struct gnp_parameter *parameter = &operation->parameters[i];
 		options[CLIENT_OPTIONS + i] = (struct gnp_option){
-			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? NULL : "a value"};
+			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? "[=true|false]" : "a value"};
 	}
 	*command = (struct gnp_command){
 		.name = operation->name, .operands = "IN [--local | --url URL] [OPTIONS] -o OUT", .help = operation->help,

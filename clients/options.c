@@ -47,7 +47,9 @@ static gnp_status parse_option(int argc, char **argv, int *i, const struct gnp_o
 	}
 	if (!option)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown option", text);
-	if (!value && !option->value)
+	if (value && !option->value)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: --%s takes no value", text, option->name);
+	if (!value && (!option->value || option->value[0] == '['))
 		value = "true";
 	if (!value && *i + 1 < argc)
 		value = argv[++*i];

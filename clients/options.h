@@ -12,7 +12,8 @@
 struct gnp_option {
 	const char *name;  /* without the dashes: --name */
 	char letter;       /* -x, or 0 */
-	const char *value; /* what follows, as help shows it ("FILE"); NULL for a switch */
+	const char *value; /* what follows, as help shows it ("FILE"); in brackets ("[=true|false]") for what --name alone sets to
+	                      true; NULL for a switch, which takes none */
 	const char *help;  /* NULL: taken, but listed by someone else */
 };
 
@@ -26,12 +27,12 @@ struct gnp_arguments {
 	size_t option_count;
 	struct gnp_option_given {
 		const struct gnp_option *option;
-		const char *value; /* "true" for a bare switch */
+		const char *value; /* "true" where --name alone was given */
 	} options[GNP_OPTIONS_GIVEN_MAX];
 };
 
 /* Parses argv[0..argc): --name VALUE, --name=VALUE, -x VALUE, -xVALUE, switches, operands ("-" is one), and "--" which ends the options.
- * An unknown option, a missing value, an option given twice, or more operands than operands_most:
+ * An unknown option, a missing value, a value for a switch, an option given twice, or more operands than operands_most:
  * GNP_INVALID_ARGUMENT naming it. */
 gnp_status gnp_arguments_parse(int argc, char **argv, const struct gnp_option *options, size_t option_count,
                                size_t operands_most, struct gnp_arguments *arguments, struct gnp_error *error);

@@ -9,9 +9,9 @@
 
 static const struct {
 	const char *name, *media_type, *extension;
-	bool readable, writable;
+	bool readable, writable, of_rows;
 } formats[] = {
-#define ROW(id, name, media, extension, in, out) [id] = {name, media, extension, in, out},
+#define ROW(id, name, media, extension, in, out, rows) [id] = {name, media, extension, in, out, rows},
 	GNP_FORMAT_TABLE(ROW)
 #undef ROW
 };
@@ -61,6 +61,11 @@ bool gnp_format_readable(enum gnp_format format)
 bool gnp_format_writable(enum gnp_format format)
 {
 	return format < GNP_FORMAT_COUNT && formats[format].writable;
+}
+
+bool gnp_format_of_rows(enum gnp_format format)
+{
+	return format < GNP_FORMAT_COUNT && formats[format].of_rows;
 }
 
 bool gnp_format_by_name(const char *name, enum gnp_format *format)
@@ -219,6 +224,19 @@ static gnp_status take_all(struct gnp_tensors *from, struct gnp_tensors *to, str
 	return GNP_OK;
 }
 
+/* A list of single numbers serves an input of rank 2 as its only column. */
+static void give_columns(const struct gnp_decode *request, struct gnp_tensors *tensors)
+{
+	for (size_t i = 0; i < tensors->count; i++) {
+		struct gnp_tensor *tensor = &tensors->items[i];
+		const struct gnp_tensor_info *info = gnp_decode_input(request, tensor->name);
+		if (info && info->rank == 2 && tensor->rank == 1) {
+			tensor->rank = 2;
+			tensor->shape[1] = 1;
+		}
+	}
+}
+
 static gnp_status decode(enum gnp_format format, const struct gnp_decode *request, struct gnp_tensors *tensors,
                          struct gnp_error *error)
 {
@@ -226,23 +244,25 @@ static gnp_status decode(enum gnp_format format, const struct gnp_decode *reques
 		return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA, "format %s cannot be read", gnp_format_name(format));
 	struct gnp_tensors made = {0};
 	gnp_status status = decoders[format](request, &made, error);
-	if (status == GNP_OK)
+	if (status == GNP_OK) {
+		give_columns(request, &made);
 		status = take_all(&made, tensors, error);
+	}
 	gnp_tensors_clear(&made);
 	return status;
 }
 
-gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, size_t max_points,
+gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, const struct gnp_file_wants *wants,
                            struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	struct gnp_decode request = {body, size, false, max_points};
+	struct gnp_decode request = {.body = body, .size = size, .wants = wants ? *wants : (struct gnp_file_wants){0}};
 	return decode(format, &request, tensors, error);
 }
 
 gnp_status gnp_file_decode_all(enum gnp_format format, const unsigned char *body, size_t size,
                                struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	struct gnp_decode request = {body, size, true, 0};
+	struct gnp_decode request = {.body = body, .size = size, .all = true};
 	return decode(format, &request, tensors, error);
 }
 

@@ -9,19 +9,19 @@
 #include "status.h"
 #include "tensor.h"
 
-/* enumerator, name (as in ?format=), media type, file extension, readable, writable */
+/* enumerator, name (as in ?format=), media type, file extension, readable, writable, made of rows (all tensors have as many) */
 #define GNP_FORMAT_TABLE(X)                                                               \
-	X(GNP_FORMAT_PLY, "ply", "application/ply", "ply", true, true)                        \
-	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true)                      \
-	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true)                      \
-	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true)                             \
-	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false)                     \
-	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false)                             \
-	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true)                     \
-	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true)
+	X(GNP_FORMAT_PLY, "ply", "application/ply", "ply", true, true, true)                  \
+	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true, false)               \
+	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true, false)               \
+	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true, true)                       \
+	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false, true)               \
+	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false, true)                       \
+	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true, true)               \
+	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true, false)
 
 enum gnp_format {
-#define GNP_FORMAT_ENUM(id, name, media, extension, in, out) id,
+#define GNP_FORMAT_ENUM(id, name, media, extension, in, out, rows) id,
 	GNP_FORMAT_TABLE(GNP_FORMAT_ENUM)
 #undef GNP_FORMAT_ENUM
 	GNP_FORMAT_COUNT
@@ -31,6 +31,7 @@ const char *gnp_format_name(enum gnp_format format);
 const char *gnp_format_media_type(enum gnp_format format);
 bool gnp_format_readable(enum gnp_format format);
 bool gnp_format_writable(enum gnp_format format);
+bool gnp_format_of_rows(enum gnp_format format);
 
 /* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/csv, ...; generic ones such as
  * application/octet-stream or application/x-www-form-urlencoded are not a format); by the first bytes of a body. */
@@ -40,10 +41,19 @@ bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format
 /* The best writable format for an Accept header; false when none of its types is known (a wildcard gives *format unchanged, true). */
 bool gnp_format_by_accept(const char *accept, enum gnp_format *format);
 
-/* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file.
- * No count in the file is trusted before the body's size; no more than max_points are decoded (0: no limit; GNP_TOO_LARGE).
- * Decoded size is bounded before it is allocated. Binary data may borrow from body. On failure *tensors is unchanged. */
-gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, size_t max_points,
+/* What is wanted of a file. */
+struct gnp_file_wants {
+	size_t max_points;                    /* 0: no limit; more are GNP_TOO_LARGE */
+	const struct gnp_tensor_info *inputs; /* those beside points and normals are taken where a column or an array has their name or
+	                                         scalar_ and their name; columns name_0, name_1, ... are one input of rank 2 */
+	size_t input_count;
+};
+
+/* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file, and other
+ * inputs that are wanted, in the file's type. wants may be NULL: points and normals without a limit.
+ * No count in the file is trusted before the body's size. Decoded size is bounded before it is allocated. Binary data may borrow
+ * from body. On failure *tensors is unchanged. */
+gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, const struct gnp_file_wants *wants,
                            struct gnp_tensors *tensors, struct gnp_error *error);
 
 /* Decodes every named array / property of a file as its own tensor (the command line's `convert`, `plot` and tests). */

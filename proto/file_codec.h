@@ -4,12 +4,13 @@
 
 #include "file.h"
 
-/* What a decoder is asked for. `all` false: points and normals, FP32 or FP64; true: everything the file names. */
+/* What a decoder is asked for. `all` false: points and normals, FP32 or FP64, and what is wanted beside them; true: everything the
+ * file names. */
 struct gnp_decode {
 	const unsigned char *body;
 	size_t size;
 	bool all;
-	size_t max_points; /* 0: no limit */
+	struct gnp_file_wants wants;
 };
 
 /* Decoders append to *tensors, which may hold part of the file after a failure. */
@@ -41,6 +42,9 @@ gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct 
 /* GNP_TOO_LARGE when count is over decode's limit. */
 gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count, struct gnp_error *error);
 
+/* The wanted input beside points and normals that a file calls name, or scalar_ and its name; NULL when there is none. */
+const struct gnp_tensor_info *gnp_decode_input(const struct gnp_decode *decode, const char *name);
+
 /* One number of every row goes to target + row * stride as datatype. */
 struct gnp_column {
 	unsigned char *target; /* NULL: the number is skipped */
@@ -56,8 +60,8 @@ struct gnp_field {
 };
 
 /* Makes the tensors of `rows` rows of `count` fields and says where each field goes: x y z become points, nx ny nz (or
- * normal_x..., normalx...) normals, and with `all` every other field a tensor of its own datatype, less a leading
- * "scalar_". columns (count). The caller has checked that rows are backed by the body. */
+ * normal_x..., normalx...) normals, those of wanted inputs these, and with `all` every other field a tensor of its own datatype, less
+ * a leading "scalar_". columns (count). The caller has checked that rows are backed by the body. */
 gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, const struct gnp_field *fields,
                            size_t count, size_t rows, struct gnp_tensors *tensors, struct gnp_column *columns,
                            struct gnp_error *error);
@@ -66,6 +70,10 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
  * not fit the column's datatype. */
 bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source, size_t step,
                      size_t rows);
+
+/* The type a tensor is stored in where a format has neither BOOL and FP16 nor integers of 64 bits: UINT8 for BOOL, FP32 for FP16, INT32
+ * for wide integers that all fit, else FP64. */
+enum gnp_datatype gnp_stored_type(const struct gnp_tensor *tensor);
 
 /* A number of every row of a tensor, under the name a file gives it. */
 struct gnp_row_item {

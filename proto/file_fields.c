@@ -1,4 +1,5 @@
 /* What the formats made of rows share: which field goes where, and which columns a file gets. */
+#include <ctype.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,9 +12,34 @@
 
 gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count, struct gnp_error *error)
 {
-	if (decode->max_points && count > decode->max_points)
-		return gnp_error_set(error, GNP_TOO_LARGE, "points: got %zu, need at most %zu", count, decode->max_points);
+	size_t most = decode->wants.max_points;
+	if (most && count > most)
+		return gnp_error_set(error, GNP_TOO_LARGE, "points: got %zu, need at most %zu", count, most);
 	return GNP_OK;
+}
+
+/* Whether a file's name stands for `name`; PLY and its readers spell scalars scalar_name. */
+static bool spells(const char *text, size_t length, const char *name)
+{
+	size_t prefix = strlen("scalar_");
+	if (length > prefix && memcmp(text, "scalar_", prefix) == 0 && strlen(name) == length - prefix)
+		return memcmp(text + prefix, name, length - prefix) == 0;
+	return strlen(name) == length && memcmp(text, name, length) == 0;
+}
+
+static bool is_extra(const struct gnp_tensor_info *info)
+{
+	return strcmp(info->name, "points") != 0 && strcmp(info->name, "normals") != 0;
+}
+
+const struct gnp_tensor_info *gnp_decode_input(const struct gnp_decode *decode, const char *name)
+{
+	for (size_t i = 0; i < decode->wants.input_count; i++) {
+		const struct gnp_tensor_info *info = &decode->wants.inputs[i];
+		if (is_extra(info) && spells(name, strlen(name), info->name))
+			return info;
+	}
+	return NULL;
 }
 
 enum { AXES = 6, NONE = -1 };
@@ -65,6 +91,100 @@ static gnp_status bind_scalar(const struct gnp_field *field, size_t rows, struct
 	return status;
 }
 
+struct fields {
+	const struct gnp_field *items;
+	size_t count, rows;
+};
+
+static int find_field(const struct fields *fields, const char *input)
+{
+	for (size_t i = 0; i < fields->count; i++) {
+		if (spells(fields->items[i].name, fields->items[i].length, input))
+			return (int)i;
+	}
+	return NONE;
+}
+
+/* i of a field called input_i, else NONE. */
+static int column_index(const struct gnp_field *field, const char *input)
+{
+	size_t digits = 0;
+	int index = 0;
+	while (digits < field->length && digits < 5 && isdigit((unsigned char)field->name[field->length - 1 - digits]))
+		digits++;
+	size_t stem = field->length - digits;
+	if (!digits || stem < 2 || field->name[stem - 1] != '_' || !spells(field->name, stem - 1, input))
+		return NONE;
+	for (size_t i = stem; i < field->length; i++)
+		index = 10 * index + (field->name[i] - '0');
+	return index;
+}
+
+/* at (fields->count): the fields called input_0, input_1, ...; returns how many there are without a gap. */
+static size_t find_columns(const struct fields *fields, const char *input, int *at)
+{
+	size_t width = 0;
+	for (size_t i = 0; i < fields->count; i++)
+		at[i] = NONE;
+	for (size_t i = 0; i < fields->count; i++) {
+		int index = column_index(&fields->items[i], input);
+		if (index != NONE && (size_t)index < fields->count && at[index] == NONE)
+			at[index] = (int)i;
+	}
+	while (width < fields->count && at[width] != NONE)
+		width++;
+	return width;
+}
+
+/* One tensor of their type or, where they differ, of FP64. */
+static gnp_status bind_columns(const char *name, const struct fields *fields, const int *at, size_t width,
+                               struct gnp_tensors *tensors, struct gnp_column *columns, struct gnp_error *error)
+{
+	enum gnp_datatype datatype = fields->items[at[0]].datatype;
+	for (size_t c = 1; c < width; c++) {
+		if (fields->items[at[c]].datatype != datatype)
+			datatype = GNP_FP64;
+	}
+	size_t shape[] = {fields->rows, width}, size = gnp_datatype_size(datatype);
+	struct gnp_tensor *tensor;
+	gnp_status status = gnp_tensors_add(tensors, name, datatype, 2, shape, &tensor, error);
+	for (size_t c = 0; c < width && status == GNP_OK; c++)
+		columns[at[c]] = (struct gnp_column){(unsigned char *)tensor->data + c * size, width * size, datatype};
+	return status;
+}
+
+static gnp_status bind_wide(const char *name, const struct fields *fields, struct gnp_tensors *tensors, struct gnp_column *columns,
+                            struct gnp_error *error)
+{
+	int *at = gnp_array_new(fields->count, sizeof *at);
+	if (!at)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu columns", name, fields->count);
+	size_t width = find_columns(fields, name, at);
+	gnp_status status = width ? bind_columns(name, fields, at, width, tensors, columns, error) : GNP_OK;
+	free(at);
+	return status;
+}
+
+static gnp_status bind_input(const struct gnp_tensor_info *info, const struct fields *fields, struct gnp_tensors *tensors,
+                             struct gnp_column *columns, struct gnp_error *error)
+{
+	int field = find_field(fields, info->name);
+	if (field != NONE)
+		return bind_scalar(&fields->items[field], fields->rows, tensors, &columns[field], error);
+	return info->rank == 2 ? bind_wide(info->name, fields, tensors, columns, error) : GNP_OK;
+}
+
+static gnp_status bind_inputs(const struct gnp_decode *decode, const struct fields *fields, struct gnp_tensors *tensors,
+                              struct gnp_column *columns, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; i < decode->wants.input_count && status == GNP_OK; i++) {
+		if (is_extra(&decode->wants.inputs[i]))
+			status = bind_input(&decode->wants.inputs[i], fields, tensors, columns, error);
+	}
+	return status;
+}
+
 gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, const struct gnp_field *fields,
                            size_t count, size_t rows, struct gnp_tensors *tensors, struct gnp_column *columns,
                            struct gnp_error *error)
@@ -81,6 +201,8 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
 	gnp_status status = bind_vector("points", fields, axes, rows, tensors, columns, error);
 	if (status == GNP_OK && axes[3] != NONE && axes[4] != NONE && axes[5] != NONE)
 		status = bind_vector("normals", fields, axes + 3, rows, tensors, columns, error);
+	if (status == GNP_OK)
+		status = bind_inputs(decode, &(struct fields){fields, count, rows}, tensors, columns, error);
 	for (size_t i = 0; i < count && status == GNP_OK && decode->all; i++) {
 		if (!columns[i].target && fields[i].length)
 			status = bind_scalar(&fields[i], rows, tensors, &columns[i], error);
@@ -114,6 +236,28 @@ gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *form
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: needs points (n,3)", format);
 	*points = found;
 	return GNP_OK;
+}
+
+static bool fits_int32(const struct gnp_tensor *tensor)
+{
+	size_t count = tensor->size / gnp_datatype_size(tensor->datatype);
+	for (size_t i = 0; i < count; i++) {
+		double value = gnp_tensor_get(tensor, i);
+		if (value < INT32_MIN || value > INT32_MAX)
+			return false;
+	}
+	return true;
+}
+
+enum gnp_datatype gnp_stored_type(const struct gnp_tensor *tensor)
+{
+	switch (tensor->datatype) {
+	case GNP_BOOL: return GNP_UINT8;
+	case GNP_FP16: return GNP_FP32;
+	case GNP_INT64:
+	case GNP_UINT64: return fits_int32(tensor) ? GNP_INT32 : GNP_FP64;
+	default: return tensor->datatype;
+	}
 }
 
 static bool is_vector(const struct gnp_tensor *tensor, const char *name)

@@ -1,9 +1,18 @@
-/* JSON as a file: {"points": [[x, y, z], ...], "normals": [...]} in, {"name": nested arrays, ...} out. */
+/* JSON as a file: {"points": [[x, y, z], ...], "normals": [...], ...} in, {"name": nested arrays, ...} out. */
 #include <string.h>
 
 #include "file_codec.h"
 #include "json_numbers.h"
 #include "json_text.h"
+
+/* Of a list of true and false it is BOOL, else FP64: JSON numbers have no type. */
+static enum gnp_datatype item_type(const struct gnp_json_span *span)
+{
+	size_t skip = 0;
+	while (skip < span->size && strchr("[ \n\r\t", span->text[skip]))
+		skip++;
+	return skip < span->size && (span->text[skip] == 't' || span->text[skip] == 'f') ? GNP_BOOL : GNP_FP64;
+}
 
 static gnp_status add_array(const struct gnp_decode *decode, const char *name, const struct gnp_json_span *span,
                             struct gnp_tensors *tensors, struct gnp_error *error)
@@ -24,7 +33,7 @@ static gnp_status add_array(const struct gnp_decode *decode, const char *name, c
 	status = gnp_decode_check_points(decode, shape[0], error);
 	if (status != GNP_OK)
 		return status;
-	return gnp_json_numbers_read(span->text, span->size, name, GNP_FP64, rank, shape, tensors, error);
+	return gnp_json_numbers_read(span->text, span->size, name, vector ? GNP_FP64 : item_type(span), rank, shape, tensors, error);
 }
 
 gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
@@ -37,9 +46,10 @@ gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tens
 	json_t *value;
 	json_object_foreach(document.root, key, value) {
 		const struct gnp_json_span *span = gnp_json_member_span(&document, value);
-		bool wanted = decode->all || strcmp(key, "points") == 0 || strcmp(key, "normals") == 0;
+		const struct gnp_tensor_info *input = gnp_decode_input(decode, key);
+		bool wanted = decode->all || input || strcmp(key, "points") == 0 || strcmp(key, "normals") == 0;
 		if (span && wanted)
-			status = add_array(decode, key, span, tensors, error);
+			status = add_array(decode, input ? input->name : key, span, tensors, error);
 		if (status != GNP_OK)
 			break;
 	}

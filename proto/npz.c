@@ -99,7 +99,8 @@ static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const ch
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": corrupt or cut short", entry->name);
 	}
 	status = gnp_npy_add(&npy, name, data, true, tensors, error);
-	return status == GNP_OK && !decode->all ? gnp_npy_split_vectors(tensors, name, error) : status;
+	bool vectors = !decode->all && !gnp_decode_input(decode, name);
+	return status == GNP_OK && vectors ? gnp_npy_split_vectors(tensors, name, error) : status;
 }
 
 /* The tensor an entry becomes; false when it is not wanted. */
@@ -114,9 +115,12 @@ static bool entry_name(const struct gnp_decode *decode, const char *entry, char 
 	name[length] = '\0';
 	if (decode->all)
 		return true;
+	const struct gnp_tensor_info *input = gnp_decode_input(decode, name);
+	if (input)
+		strcpy(name, input->name);
 	if (strcmp(name, "xyz") == 0)
 		strcpy(name, "points");
-	return strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
+	return input || strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
 }
 
 static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gnp_decode *decode,

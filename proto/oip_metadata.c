@@ -53,11 +53,14 @@ static gnp_status write_choices(const struct gnp_parameter *p, struct gnp_buffer
 
 static gnp_status write_parameter(const struct gnp_parameter *p, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	static const char *const types[] = {"integer", "number", "boolean", "choice", "set", "model"};
+	static const char *const types[] = {
+		[GNP_PARAMETER_INTEGER] = "integer", [GNP_PARAMETER_NUMBER] = "number", [GNP_PARAMETER_AUTO] = "number_or_auto",
+		[GNP_PARAMETER_BOOL] = "boolean",    [GNP_PARAMETER_CHOICE] = "choice", [GNP_PARAMETER_SET] = "set",
+		[GNP_PARAMETER_MODEL] = "model"};
 	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"type\":\"%s\",", p->name, types[p->type]);
 	if (status == GNP_OK)
 		status = text_member("default", p->default_text, buffer, error);
-	if (status == GNP_OK && (p->type == GNP_PARAMETER_INTEGER || p->type == GNP_PARAMETER_NUMBER))
+	if (status == GNP_OK && gnp_parameter_is_number(p))
 		status = write_range(p, buffer, error);
 	if (status == GNP_OK && p->type == GNP_PARAMETER_CHOICE)
 		status = write_choices(p, buffer, error);

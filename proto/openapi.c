@@ -1,6 +1,8 @@
 /* Help texts and the OpenAPI document, both written from the operation table. */
+#include <string.h>
 
 #include "file.h"
+#include "number.h"
 #include "operation.h"
 
 /* Writes through one object, so that a long run of lines needs one check at its end. */
@@ -22,13 +24,17 @@ static void put_choices(struct writer *w, const struct gnp_parameter *p, const c
 		PUT(w, "%s%s", i ? separator : "", p->choices[i]);
 }
 
-/* The value as a flag line shows it: 12..500, cover|all, NAMES. */
+/* What follows a flag's name: 12..500, cover|all, NAMES; that of a switch may be left out. */
 static void put_value(struct writer *w, const struct gnp_parameter *p)
 {
+	char range[GNP_PARAMETER_RANGE_MAX];
+	gnp_parameter_range(p, range);
+	PUT(w, p->type == GNP_PARAMETER_BOOL ? "" : " ");
 	switch (p->type) {
 	case GNP_PARAMETER_INTEGER:
-	case GNP_PARAMETER_NUMBER: PUT(w, "%g..%g", p->minimum, p->maximum); break;
-	case GNP_PARAMETER_BOOL: PUT(w, "true|false"); break;
+	case GNP_PARAMETER_NUMBER: PUT(w, "%s", range); break;
+	case GNP_PARAMETER_AUTO: PUT(w, "auto|%s", range); break;
+	case GNP_PARAMETER_BOOL: PUT(w, "[=true|false]"); break;
 	case GNP_PARAMETER_CHOICE: put_choices(w, p, "|"); break;
 	case GNP_PARAMETER_SET: PUT(w, "NAME,..."); break;
 	case GNP_PARAMETER_MODEL: PUT(w, "auto|NAME"); break;
@@ -40,7 +46,7 @@ gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp
 	struct writer w = {buffer, error, GNP_OK};
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		const struct gnp_parameter *p = &operation->parameters[i];
-		PUT(&w, "  --%s ", p->name);
+		PUT(&w, "  --%s", p->name);
 		put_value(&w, p);
 		PUT(&w, "\n        %s (default %s)\n", p->help, p->default_text);
 		for (size_t o = 0; p->type == GNP_PARAMETER_SET && o < operation->output_count; o++)
@@ -58,12 +64,46 @@ static void put_quoted(struct writer *w, const char *text)
 	PUT(w, "'");
 }
 
+/* As every YAML reads it: older ones take 1e+200 for a text and 1.0e+200 for a number. */
+static void put_number(struct writer *w, double value)
+{
+	char text[GNP_NUMBER_LENGTH_MAX + 1];
+	text[gnp_number_write_double(text, value)] = '\0';
+	int mantissa = (int)strcspn(text, "e");
+	bool plain = !text[mantissa] || strchr(text, '.');
+	PUT(w, "%.*s%s%s", mantissa, text, plain ? "" : ".0", text + mantissa);
+}
+
+static void put_range(struct writer *w, const struct gnp_parameter *p)
+{
+	if (p->minimum == GNP_ABOVE_ZERO) {
+		PUT(w, ", minimum: 0, exclusiveMinimum: true");
+	} else {
+		PUT(w, ", minimum: ");
+		put_number(w, p->minimum);
+	}
+	PUT(w, ", maximum: ");
+	put_number(w, p->maximum);
+}
+
+static void put_type(struct writer *w, const struct gnp_parameter *p)
+{
+	static const char *const types[] = {
+		[GNP_PARAMETER_INTEGER] = "integer", [GNP_PARAMETER_NUMBER] = "number", [GNP_PARAMETER_AUTO] = "number",
+		[GNP_PARAMETER_BOOL] = "boolean",    [GNP_PARAMETER_CHOICE] = "string", [GNP_PARAMETER_SET] = "string",
+		[GNP_PARAMETER_MODEL] = "string"};
+	bool automatic = p->type == GNP_PARAMETER_AUTO;
+	PUT(w, "%stype: %s", automatic ? "oneOf: [{" : "", types[p->type]);
+	if (gnp_parameter_is_number(p))
+		put_range(w, p);
+	if (automatic)
+		PUT(w, "}, {type: string, enum: [auto]}]");
+}
+
 static void put_schema(struct writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
 {
-	static const char *const types[] = {"integer", "number", "boolean", "string", "string", "string"};
-	PUT(w, "{type: %s", types[p->type]);
-	if (p->type == GNP_PARAMETER_INTEGER || p->type == GNP_PARAMETER_NUMBER)
-		PUT(w, ", minimum: %.17g, maximum: %.17g", p->minimum, p->maximum);
+	PUT(w, "{");
+	put_type(w, p);
 	if (p->type == GNP_PARAMETER_CHOICE) {
 		PUT(w, ", enum: [");
 		put_choices(w, p, ", ");
@@ -78,10 +118,13 @@ static void put_schema(struct writer *w, const struct gnp_operation *operation, 
 	if (p->type == GNP_PARAMETER_MODEL)
 		PUT(w, ", maxLength: %d", GNP_MODEL_NAME_MAX);
 	PUT(w, ", default: ");
-	if (p->type == GNP_PARAMETER_CHOICE || p->type == GNP_PARAMETER_SET || p->type == GNP_PARAMETER_MODEL)
-		put_quoted(w, p->default_text);
-	else
+	double number;
+	if (gnp_number_read(p->default_text, p->default_text + strlen(p->default_text), &number))
+		put_number(w, number);
+	else if (p->type == GNP_PARAMETER_BOOL)
 		PUT(w, "%s", p->default_text);
+	else
+		put_quoted(w, p->default_text);
 	PUT(w, "}");
 }
 
@@ -105,27 +148,34 @@ static void put_media_types(struct writer *w, bool in, const char *indent)
 	}
 }
 
+/* The type goes without saying where the numbers are those of geometry. */
+static void put_tensor(struct writer *w, const struct gnp_tensor_info *info)
+{
+	PUT(w, "        - `%s` (", info->name);
+	for (unsigned d = 0; d < info->rank; d++) {
+		PUT(w, d ? ", " : "");
+		if (info->shape[d] < 0)
+			PUT(w, "%c", gnp_extent_letter(info->shape[d]));
+		else
+			PUT(w, "%d", (int)info->shape[d]);
+	}
+	PUT(w, ")%s%s%s: %s\n", info->datatype == GNP_FP32 ? "" : " ", info->datatype == GNP_FP32 ? "" : gnp_datatype_name(info->datatype),
+	    info->optional ? ", optional" : "", info->help);
+}
+
 static void put_tensors(struct writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count)
 {
 	PUT(w, "        %s:\n\n", title);
-	for (size_t i = 0; i < count; i++) {
-		PUT(w, "        - `%s` (n", infos[i].name);
-		for (unsigned d = 1; d < infos[i].rank; d++) {
-			if (infos[i].shape[d] < 0)
-				PUT(w, ", m");
-			else
-				PUT(w, ", %d", (int)infos[i].shape[d]);
-		}
-		PUT(w, ")%s: %s\n", infos[i].optional ? ", optional" : "", infos[i].help);
-	}
+	for (size_t i = 0; i < count; i++)
+		put_tensor(w, &infos[i]);
 }
 
 static void put_description(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "      description: |\n        %s\n\n", operation->help);
-	put_tensors(w, "Inputs", operation->inputs, operation->input_count);
+	put_tensors(w, "Inputs, of any numeric type", operation->inputs, operation->input_count);
 	PUT(w, "\n");
-	put_tensors(w, "Outputs", operation->outputs, operation->output_count);
+	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs, operation->output_count);
 }
 
 static void put_file_operation(struct writer *w, const struct gnp_operation *operation)
@@ -146,7 +196,7 @@ static void put_file_operation(struct writer *w, const struct gnp_operation *ope
 	}
 	PUT(w, "]}\n      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
-	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with its quantities'\n          content:\n");
+	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a comment left_out names those that a format made of rows cannot hold'\n          content:\n");
 	put_media_types(w, false, "            ");
 	PUT(w, "        default: {$ref: '#/components/responses/Error'}\n");
 }

@@ -9,7 +9,8 @@
 #include "number.h"
 #include "operation_table.h"
 
-static const struct gnp_operation *const operations[] = {&gnp_operation_estimate};
+static const struct gnp_operation *const operations[] = {&gnp_operation_estimate, &gnp_operation_filter,
+                                                         &gnp_operation_flow};
 
 const struct gnp_operation *gnp_operation_at(size_t i)
 {
@@ -56,17 +57,44 @@ static gnp_status bad(const struct gnp_parameter *parameter, const char *text, c
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need %s", parameter->name, text, need);
 }
 
+bool gnp_parameter_is_number(const struct gnp_parameter *parameter)
+{
+	return parameter->type == GNP_PARAMETER_INTEGER || parameter->type == GNP_PARAMETER_NUMBER ||
+	       parameter->type == GNP_PARAMETER_AUTO;
+}
+
+static const char *number_text(double value, char text[GNP_NUMBER_LENGTH_MAX + 1])
+{
+	text[gnp_number_write_double(text, value)] = '\0';
+	return text;
+}
+
+void gnp_parameter_range(const struct gnp_parameter *parameter, char text[GNP_PARAMETER_RANGE_MAX])
+{
+	char low[GNP_NUMBER_LENGTH_MAX + 1], high[GNP_NUMBER_LENGTH_MAX + 1];
+	bool positive = parameter->minimum == GNP_ABOVE_ZERO;
+	snprintf(text, GNP_PARAMETER_RANGE_MAX, "%s..%s", positive ? ">0" : number_text(parameter->minimum, low),
+	         number_text(parameter->maximum, high));
+}
+
+static const char *auto_or(const struct gnp_parameter *p)
+{
+	return p->type == GNP_PARAMETER_AUTO ? "auto or " : "";
+}
+
 static gnp_status out_of_range(const struct gnp_parameter *p, double value, struct gnp_error *error)
 {
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %.17g, need %.17g..%.17g", p->name, value, p->minimum,
-	                     p->maximum);
+	char got[GNP_NUMBER_LENGTH_MAX + 1], range[GNP_PARAMETER_RANGE_MAX];
+	gnp_parameter_range(p, range);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %s, need %s%s", p->name, number_text(value, got), auto_or(p),
+	                     range);
 }
 
 static gnp_status set_number(const struct gnp_parameter *p, void *field, double value, struct gnp_error *error)
 {
 	if (!(value >= p->minimum && value <= p->maximum))
 		return out_of_range(p, value, error);
-	if (p->type == GNP_PARAMETER_NUMBER) {
+	if (p->type != GNP_PARAMETER_INTEGER) {
 		*(double *)field = value;
 		return GNP_OK;
 	}
@@ -74,6 +102,21 @@ static gnp_status set_number(const struct gnp_parameter *p, void *field, double 
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %.17g, need an integer", p->name, value);
 	*(int *)field = (int)value;
 	return GNP_OK;
+}
+
+static gnp_status parse_number(const struct gnp_parameter *p, void *field, const char *text, struct gnp_error *error)
+{
+	const char *end = text + strlen(text);
+	double value;
+	if (p->type == GNP_PARAMETER_AUTO && strcmp(text, "auto") == 0) {
+		*(double *)field = NAN;
+		return GNP_OK;
+	}
+	if (gnp_number_read(text, end, &value) == end && isfinite(value))
+		return set_number(p, field, value, error);
+	char need[32];
+	snprintf(need, sizeof need, "%s%s", auto_or(p), p->type == GNP_PARAMETER_INTEGER ? "an integer" : "a number");
+	return bad(p, text, need, error);
 }
 
 static gnp_status set_bool(const struct gnp_parameter *p, void *field, const char *text, struct gnp_error *error)
@@ -150,18 +193,13 @@ static gnp_status parse_text(const struct gnp_operation *operation, const struct
                              const char *text, struct gnp_error *error)
 {
 	void *field = (char *)options + p->offset;
-	const char *end = text + strlen(text);
-	double value;
 	switch (p->type) {
 	case GNP_PARAMETER_BOOL: return set_bool(p, field, text, error);
 	case GNP_PARAMETER_CHOICE: return set_choice(p, field, text, error);
 	case GNP_PARAMETER_SET: return set_outputs(operation, p, field, text, error);
 	case GNP_PARAMETER_MODEL: return set_model(p, field, text, error);
-	default: break;
+	default: return parse_number(p, field, text, error);
 	}
-	if (gnp_number_read(text, end, &value) != end || !isfinite(value))
-		return bad(p, text, p->type == GNP_PARAMETER_INTEGER ? "an integer" : "a number", error);
-	return set_number(p, field, value, error);
 }
 
 gnp_status gnp_parameter_parse(const struct gnp_operation *operation, void *options, const char *name,
@@ -179,7 +217,7 @@ static gnp_status set_value(const struct gnp_operation *operation, void *options
 	if (!p)
 		return GNP_INVALID_ARGUMENT;
 	void *field = (char *)options + p->offset;
-	bool numeric = p->type == GNP_PARAMETER_INTEGER || p->type == GNP_PARAMETER_NUMBER;
+	bool numeric = gnp_parameter_is_number(p);
 	char text[GNP_NUMBER_LENGTH_MAX + 1];
 	switch (value->type) {
 	case GNP_VALUE_STRING: return parse_text(operation, p, options, value->string, error);
@@ -256,6 +294,23 @@ static void format_shape(unsigned rank, const size_t *shape, char *text, size_t 
 		snprintf(text + length, size - length, "]");
 }
 
+/* Masks come in any type; a byte of BOOL is looked at as the number it is. */
+static gnp_status check_bools(const struct gnp_tensor *tensor, struct gnp_error *error)
+{
+	struct gnp_tensor numbers = *tensor;
+	size_t count = tensor->size / gnp_datatype_size(tensor->datatype);
+	if (tensor->datatype == GNP_BOOL)
+		numbers.datatype = GNP_UINT8;
+	for (size_t i = 0; i < count; i++) {
+		double value = gnp_tensor_get(&numbers, i);
+		char got[GNP_NUMBER_LENGTH_MAX + 1];
+		if (value != 0 && value != 1)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s[%zu]: got %s, need 0 or 1", tensor->name, i,
+			                     number_text(value, got));
+	}
+	return GNP_OK;
+}
+
 static gnp_status check_input(const struct gnp_tensor_info *info, const struct gnp_tensor *tensor, size_t *points,
                               struct gnp_error *error)
 {
@@ -266,7 +321,7 @@ static gnp_status check_input(const struct gnp_tensor_info *info, const struct g
 		if (info->shape[d] >= 0)
 			snprintf(need + length, sizeof need - length, "%s%" PRId64, d ? "," : "", info->shape[d]);
 		else
-			snprintf(need + length, sizeof need - length, "%s%s", d ? "," : "", info->shape[d] == -1 ? "n" : "m");
+			snprintf(need + length, sizeof need - length, "%s%c", d ? "," : "", gnp_extent_letter(info->shape[d]));
 		fits = fits && (info->shape[d] < 0 || tensor->shape[d] == (size_t)info->shape[d]);
 	}
 	if (!fits) {
@@ -285,7 +340,7 @@ static gnp_status check_input(const struct gnp_tensor_info *info, const struct g
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": %zu rows, need %zu as the input before it has",
 			                     info->name, tensor->shape[d], *points);
 	}
-	return GNP_OK;
+	return info->datatype == GNP_BOOL ? check_bools(tensor, error) : GNP_OK;
 }
 
 static gnp_status check_inputs(struct gnp_call *call, struct gnp_error *error)

@@ -18,29 +18,23 @@
 enum gnp_parameter_type {
 	GNP_PARAMETER_INTEGER,
 	GNP_PARAMETER_NUMBER,
+	GNP_PARAMETER_AUTO,    /* a number or "auto", which is stored as NAN */
 	GNP_PARAMETER_BOOL,
 	GNP_PARAMETER_CHOICE,  /* one of choices; stored as its index */
 	GNP_PARAMETER_SET,     /* comma-separated names of outputs, or "all"; stored as a bit mask */
 	GNP_PARAMETER_MODEL    /* the name of a model, or "auto"; stored as char[GNP_MODEL_NAME_MAX + 1] */
 };
 
+/* The least of what must be positive; texts show it as ">0". */
+#define GNP_ABOVE_ZERO 1e-300
+
 struct gnp_parameter {
 	const char *name;
 	enum gnp_parameter_type type;
 	size_t offset;              /* of the int, double, bool, uint64_t or text in the operation's options struct */
 	const char *default_text;   /* as a user would write it; equals what `defaults` sets (a test checks) */
-	double minimum, maximum;    /* of integers and numbers, inclusive */
+	double minimum, maximum;    /* of integers and numbers, inclusive; GNP_ABOVE_ZERO for what must be positive */
 	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE */
-	const char *help;
-};
-
-/* shape: -1 for the number of points, -2 for another free extent. */
-struct gnp_tensor_info {
-	const char *name;
-	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken; of outputs: that of `points` */
-	unsigned rank;
-	int64_t shape[4];
-	bool optional;
 	const char *help;
 };
 
@@ -50,7 +44,7 @@ struct gnp_operation {
 	const char *name, *help;
 	const struct gnp_tensor_info *inputs;
 	size_t input_count;
-	const struct gnp_tensor_info *outputs;
+	const struct gnp_tensor_info *outputs; /* FP32: of the type of `points`; any other type is meant as it is */
 	size_t output_count;
 	const struct gnp_parameter *parameters;
 	size_t parameter_count;
@@ -96,6 +90,11 @@ gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, stru
 /* Sets one field of an options struct from text, as query strings and command lines give it. */
 gnp_status gnp_parameter_parse(const struct gnp_operation *operation, void *options, const char *name,
                                const char *text, struct gnp_error *error);
+
+/* Whether a parameter is a number with a range, and that range as texts show it: "12..500", ">0..1e100". */
+bool gnp_parameter_is_number(const struct gnp_parameter *parameter);
+#define GNP_PARAMETER_RANGE_MAX 80
+void gnp_parameter_range(const struct gnp_parameter *parameter, char text[GNP_PARAMETER_RANGE_MAX]);
 
 /* Help of one operation's parameters as flag lines, and the OpenAPI document of all, appended to buffer. */
 gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error);

@@ -4,6 +4,6 @@
 
 #include "operation.h"
 
-extern const struct gnp_operation gnp_operation_estimate;
+extern const struct gnp_operation gnp_operation_estimate, gnp_operation_filter, gnp_operation_flow;
 
 #endif

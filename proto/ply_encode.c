@@ -5,22 +5,10 @@
 #include "file_codec.h"
 #include "memory.h"
 
-/* What PLY has no type for goes into the next wider one. */
-static enum gnp_datatype stored_type(enum gnp_datatype datatype, const char **name)
-{
-	switch (datatype) {
-	case GNP_BOOL:
-	case GNP_UINT8: *name = "uchar"; return GNP_UINT8;
-	case GNP_UINT16: *name = "ushort"; return GNP_UINT16;
-	case GNP_UINT32: *name = "uint"; return GNP_UINT32;
-	case GNP_INT8: *name = "char"; return GNP_INT8;
-	case GNP_INT16: *name = "short"; return GNP_INT16;
-	case GNP_INT32: *name = "int"; return GNP_INT32;
-	case GNP_FP16:
-	case GNP_FP32: *name = "float"; return GNP_FP32;
-	default: *name = "double"; return GNP_FP64;
-	}
-}
+static const char *const type_names[GNP_DATATYPE_COUNT] = {
+	[GNP_UINT8] = "uchar", [GNP_UINT16] = "ushort", [GNP_UINT32] = "uint",  [GNP_INT8] = "char",
+	[GNP_INT16] = "short", [GNP_INT32] = "int",     [GNP_FP32] = "float",   [GNP_FP64] = "double",
+};
 
 static gnp_status write_header(const struct gnp_row_item *items, size_t count, size_t rows,
                                const struct gnp_values *comments, struct gnp_buffer *buffer, struct gnp_error *error)
@@ -30,10 +18,11 @@ static gnp_status write_header(const struct gnp_row_item *items, size_t count, s
 		status = gnp_write_comments(comments, "comment ", buffer, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "element vertex %zu\n", rows);
+	enum gnp_datatype type = GNP_FP64;
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
-		const char *type;
-		stored_type(items[i].tensor->datatype, &type);
-		status = gnp_buffer_printf(buffer, error, "property %s %s\n", type, items[i].name);
+		if (!i || items[i].tensor != items[i - 1].tensor)
+			type = gnp_stored_type(items[i].tensor);
+		status = gnp_buffer_printf(buffer, error, "property %s %s\n", type_names[type], items[i].name);
 	}
 	return status == GNP_OK ? gnp_buffer_printf(buffer, error, "end_header\n") : status;
 }
@@ -51,10 +40,10 @@ static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t 
 	size_t made = 0, offset = 0;
 	for (size_t i = 0; i < count; i++) {
 		const struct gnp_tensor *tensor = items[i].tensor;
-		const char *name;
-		enum gnp_datatype from = tensor->datatype, to = stored_type(from, &name);
+		bool first = !i || tensor != items[i - 1].tensor;
+		enum gnp_datatype from = tensor->datatype, to = first ? gnp_stored_type(tensor) : spans[made - 1].to;
 		size_t size = gnp_datatype_size(to);
-		bool joins = i && from == to && tensor == items[i - 1].tensor && items[i].item == items[i - 1].item + 1;
+		bool joins = !first && from == to && items[i].item == items[i - 1].item + 1;
 		if (joins)
 			spans[made - 1].bytes += size;
 		else

@@ -1,5 +1,6 @@
 #include "tensor.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -34,6 +35,13 @@ bool gnp_datatype_find(const char *name, enum gnp_datatype *datatype)
 		}
 	}
 	return false;
+}
+
+char gnp_extent_letter(int64_t extent)
+{
+	static const char letters[] = "nmstuv";
+	assert(extent < 0 && extent >= -(int64_t)strlen(letters));
+	return letters[-extent - 1];
 }
 
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements)

@@ -45,6 +45,20 @@ struct gnp_tensors {
 	struct gnp_tensor *items;
 };
 
+/* What a tensor of an operation is. shape: -1 for the number of points; -2, -3, ... for other free extents. */
+struct gnp_tensor_info {
+	const char *name;
+	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of
+	                               outputs: GNP_FP32 for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is */
+	unsigned rank;
+	int64_t shape[4];
+	bool optional;
+	const char *help;
+};
+
+/* What texts call a free extent: n for -1, then m, s, t, u, v. */
+char gnp_extent_letter(int64_t extent);
+
 /* Elements of a shape, overflow-checked; false on overflow. */
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements);
 

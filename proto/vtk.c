@@ -6,26 +6,18 @@
 #include "memory.h"
 #include "scalar.h"
 
-static enum gnp_datatype stored_type(enum gnp_datatype datatype, const char **name)
+static const char *type_name(const struct gnp_tensor *tensor)
 {
-	switch (datatype) {
-	case GNP_BOOL:
-	case GNP_UINT8: *name = "unsigned_char"; return GNP_UINT8;
-	case GNP_UINT16: *name = "unsigned_short"; return GNP_UINT16;
-	case GNP_UINT32: *name = "unsigned_int"; return GNP_UINT32;
-	case GNP_INT8: *name = "char"; return GNP_INT8;
-	case GNP_INT16: *name = "short"; return GNP_INT16;
-	case GNP_INT32: *name = "int"; return GNP_INT32;
-	case GNP_FP16:
-	case GNP_FP32: *name = "float"; return GNP_FP32;
-	default: *name = "double"; return GNP_FP64;
-	}
+	static const char *const names[GNP_DATATYPE_COUNT] = {
+		[GNP_UINT8] = "unsigned_char", [GNP_UINT16] = "unsigned_short", [GNP_UINT32] = "unsigned_int", [GNP_INT8] = "char",
+		[GNP_INT16] = "short",         [GNP_INT32] = "int",             [GNP_FP32] = "float",          [GNP_FP64] = "double",
+	};
+	return names[gnp_stored_type(tensor)];
 }
 
 static gnp_status write_numbers(const struct gnp_tensor *tensor, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	const char *name;
-	enum gnp_datatype type = stored_type(tensor->datatype, &name);
+	enum gnp_datatype type = gnp_stored_type(tensor);
 	size_t size = gnp_datatype_size(type), count = tensor->size / gnp_datatype_size(tensor->datatype);
 	gnp_status status = gnp_buffer_reserve(buffer, count * size + 1, error);
 	if (status != GNP_OK)
@@ -84,10 +76,8 @@ static bool is_normals(const struct gnp_tensor *tensor)
 static gnp_status write_field(const struct gnp_tensor *tensor, size_t rows, struct gnp_buffer *buffer,
                               struct gnp_error *error)
 {
-	const char *type;
-	stored_type(tensor->datatype, &type);
 	size_t width = rows ? tensor->size / gnp_datatype_size(tensor->datatype) / rows : 1;
-	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows, type);
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows, type_name(tensor));
 	return status == GNP_OK ? write_numbers(tensor, buffer, error) : status;
 }
 
@@ -98,13 +88,11 @@ static gnp_status write_attributes(const struct gnp_tensors *tensors, const stru
 	gnp_status status = gnp_buffer_printf(buffer, error, "POINT_DATA %zu\n", rows);
 	for (size_t i = 0; i < tensors->count && status == GNP_OK; i++) {
 		const struct gnp_tensor *t = &tensors->items[i];
-		const char *type;
 		if (!is_normals(t)) {
 			fields += t != points;
 			continue;
 		}
-		stored_type(t->datatype, &type);
-		status = gnp_buffer_printf(buffer, error, "NORMALS normals %s\n", type);
+		status = gnp_buffer_printf(buffer, error, "NORMALS normals %s\n", type_name(t));
 		if (status == GNP_OK)
 			status = write_numbers(t, buffer, error);
 	}
@@ -122,16 +110,14 @@ gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_va
 {
 	struct gnp_row_item *items;
 	size_t count;
-	const char *type;
 	gnp_status status = gnp_row_items(tensors, "vtk", "", false, &items, &count, error); /* checks the rows */
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_tensor *points = items[0].tensor;
 	free(items);
 	status = write_title(comments, buffer, error);
-	stored_type(points->datatype, &type);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "POINTS %zu %s\n", points->shape[0], type);
+		status = gnp_buffer_printf(buffer, error, "POINTS %zu %s\n", points->shape[0], type_name(points));
 	if (status == GNP_OK)
 		status = write_numbers(points, buffer, error);
 	if (status == GNP_OK)

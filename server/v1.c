@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "file.h"
+#include "result.h"
 #include "routes.h"
 #include "server.h"
 #include "work.h"
@@ -71,32 +72,15 @@ static gnp_status decode(struct gnpd_request *request, const unsigned char *body
 	if (status != GNP_OK)
 		return status;
 	request->output_format = output;
-	return gnp_file_decode(input, body, size, request->server->config->max_points, &request->message.inputs, error);
+	const struct gnp_operation *operation = gnp_operation_find(request->model);
+	const struct gnp_file_wants wants = {request->server->config->max_points, operation->inputs, operation->input_count};
+	return gnp_file_decode(input, body, size, &wants, &request->message.inputs, error);
 }
 
-static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *tensor, struct gnp_error *error)
-{
-	struct gnp_tensor *added;
-	return gnp_tensors_add_data(tensors, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data, false,
-	                            &added, error);
-}
-
-/* A file of results needs the points they belong to: the computed ones, else those that came. */
 static gnp_status encode(struct gnpd_request *request, struct gnp_error *error)
 {
-	struct gnp_tensors tensors = {0};
-	const struct gnp_tensors *outputs = &request->response.outputs;
-	gnp_status status = GNP_OK;
-	if (!gnp_tensors_find(outputs, "points"))
-		status = borrow(&tensors, gnp_tensors_find(&request->message.inputs, "points"), error);
-	for (size_t i = 0; i < outputs->count && status == GNP_OK; i++)
-		status = borrow(&tensors, &outputs->items[i], error);
-	if (status == GNP_OK)
-		status = gnp_file_encode(request->output_format, &tensors, &request->response.parameters, &request->reply.body,
-		                         error);
-	gnp_tensors_clear(&tensors);
 	request->reply.content_type = gnp_format_media_type(request->output_format);
-	return status;
+	return gnp_result_encode(request->output_format, &request->message, &request->response, &request->reply.body, error);
 }
 
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error)

@@ -9,7 +9,8 @@
 #include "test.h"
 
 static const struct gnp_option options[] = {
-	{"output", 'o', "FILE", ""}, {"points", 'n', "N", ""}, {"json", 0, NULL, ""}, {"view", 0, "AZ,EL", ""},
+	{"output", 'o', "FILE", ""}, {"points", 'n', "N", ""}, {"json", 'j', NULL, ""}, {"view", 0, "AZ,EL", ""},
+	{"project", 0, "[=true|false]", ""},
 };
 
 static gnp_status parse(char **argv, struct gnp_arguments *arguments, struct gnp_error *error)
@@ -17,7 +18,7 @@ static gnp_status parse(char **argv, struct gnp_arguments *arguments, struct gnp
 	int argc = 0;
 	while (argv[argc])
 		argc++;
-	return gnp_arguments_parse(argc, argv, options, 4, 2, arguments, error);
+	return gnp_arguments_parse(argc, argv, options, 5, 2, arguments, error);
 }
 
 static void every_spelling_of_an_option_is_taken(void)
@@ -35,6 +36,21 @@ static void every_spelling_of_an_option_is_taken(void)
 	CHECK(points == 7);
 }
 
+static void a_flag_stands_alone_or_takes_its_value_after_an_equals_sign(void)
+{
+	static const struct {
+		char *argv[3];
+		const char *value;
+	} cases[] = {{{"--project", "in", NULL}, "true"}, {{"--project=false", "in", NULL}, "false"},
+	             {{"--project=", "in", NULL}, ""}, {{"in", "--project", NULL}, "true"}};
+	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+		struct gnp_arguments arguments;
+		CHECK(parse((char **)cases[i].argv, &arguments, NULL) == GNP_OK);
+		CHECK_STRING(gnp_arguments_get(&arguments, "project", NULL), cases[i].value);
+		CHECK(arguments.operand_count == 1);
+	}
+}
+
 static void wrong_command_lines_are_named(void)
 {
 	static const struct {
@@ -44,6 +60,7 @@ static void wrong_command_lines_are_named(void)
 		{{"--frob", NULL}, "--frob: unknown option"}, {{"-z", NULL}, "-z: unknown option"},
 		{{"--out", "x", NULL}, "--out: unknown option"}, {{"in", "-o", NULL}, "-o: needs FILE"},
 		{{"-o", "a", "--output=b", NULL}, "--output: given twice"}, {{"a", "b", "c", NULL}, "c: unexpected, need at most 2"},
+		{{"--json=false", NULL}, "--json=false: --json takes no value"}, {{"-jx", NULL}, "-jx: --json takes no value"},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
 		struct gnp_arguments arguments;
@@ -165,6 +182,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(every_spelling_of_an_option_is_taken), TEST(wrong_command_lines_are_named),
+		TEST(a_flag_stands_alone_or_takes_its_value_after_an_equals_sign),
 		TEST(numbers_keep_their_limits),            TEST(pairs_take_a_comma_or_an_x),
 		TEST(progress_tells_share_and_time_left),   TEST(query_values_are_escaped),
 		TEST(error_bodies_become_errors),           TEST(files_are_replaced_as_a_whole_and_links_stay),

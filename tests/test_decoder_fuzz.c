@@ -53,11 +53,15 @@ static unsigned char *damage(const unsigned char *data, size_t size, uint64_t *s
 	return copy;
 }
 
+static const struct gnp_tensor_info inputs[] = {{.name = "h", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
+                                                {.name = "w", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
+static const struct gnp_file_wants wants = {1000, inputs, 2};
+
 static void try_file(enum gnp_format format, const unsigned char *data, size_t size)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0}, second = {0};
-	gnp_status status = gnp_file_decode(format, data, size, 1000, &tensors, &error);
+	gnp_status status = gnp_file_decode(format, data, size, &wants, &tensors, &error);
 	CHECK(status == GNP_OK || (error.text[0] && tensors.count == 0));
 	gnp_tensors_clear(&tensors);
 	status = gnp_file_decode_all(format, data, size, &tensors, &second);
@@ -124,10 +128,10 @@ static void fuzz_oip(const unsigned char *body, size_t size, size_t header, uint
 		struct gnp_call call;
 		size_t kept;
 		unsigned char *copy = damage(body, size, state, &kept);
-		if (gnp_oip_decode_request(copy, kept, header, &request, &error) == GNP_OK)
-			gnp_call_prepare(gnp_operation_find("estimate"), &request, NULL, &call, NULL);
-		else
-			CHECK(error.text[0]);
+		gnp_status status = gnp_oip_decode_request(copy, kept, header, &request, &error);
+		CHECK(status == GNP_OK || error.text[0]);
+		for (size_t o = 0; gnp_operation_at(o) && status == GNP_OK; o++)
+			gnp_call_prepare(gnp_operation_at(o), &request, NULL, &call, NULL);
 		gnp_oip_decode_response(copy, kept, header, &response, NULL);
 		gnp_request_clear(&request);
 		gnp_response_clear(&response);
@@ -139,6 +143,9 @@ static void damaged_requests_are_answered(void)
 {
 	static const char json[] = "{\"id\":\"a\",\"parameters\":{\"k\":30,\"basis\":\"total\"},\"inputs\":[{\"name\":\"points\",\"datatype\":\"FP32\","
 	                           "\"shape\":[2,3],\"data\":[[1,2,3],[4.5,-5e1,6]]}],\"outputs\":[{\"name\":\"normals\",\"parameters\":{\"binary_data\":true}}]}";
+	static const char mask[] = "{\"parameters\":{\"dt\":\"auto\",\"steps\":2,\"scheme\":\"explicit\",\"estimator\":\"gmls\"},\"inputs\":[{\"name\":"
+	                           "\"points\",\"datatype\":\"FP64\",\"shape\":[2,3],\"data\":[1,2,3,4,5,6]},{\"name\":\"fixed\",\"datatype\":\"BOOL\","
+	                           "\"shape\":[2],\"data\":[true,0]}],\"outputs\":[{\"name\":\"points\"}]}";
 	struct gnp_request request = {0};
 	struct gnp_buffer body = {0};
 	size_t header;
@@ -147,6 +154,7 @@ static void damaged_requests_are_answered(void)
 	CHECK(gnp_oip_encode_request(&request, &body, &header, NULL) == GNP_OK);
 	fuzz_oip(body.data, body.size, header, &state);
 	fuzz_oip((const unsigned char *)json, sizeof json - 1, GNP_OIP_NO_HEADER, &state);
+	fuzz_oip((const unsigned char *)mask, sizeof mask - 1, GNP_OIP_NO_HEADER, &state);
 	gnp_request_clear(&request);
 	gnp_buffer_clear(&body);
 }

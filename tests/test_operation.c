@@ -57,7 +57,8 @@ static void default_texts_equal_the_defaults(void)
 		for (size_t p = 0; p < operation->parameter_count; p++) {
 			const struct gnp_parameter *parameter = &operation->parameters[p];
 			static const size_t sizes[] = {
-				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
+				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double),
+				[GNP_PARAMETER_AUTO] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
 				[GNP_PARAMETER_CHOICE] = sizeof(int), [GNP_PARAMETER_SET] = sizeof(uint64_t),
 				[GNP_PARAMETER_MODEL] = GNP_MODEL_NAME_MAX + 1};
 			size_t size = sizes[parameter->type];
@@ -236,7 +237,11 @@ static void a_failed_run_leaves_no_outputs(void)
 static void the_openapi_document_in_the_tree_is_current(void)
 {
 	struct gnp_buffer buffer = {0};
-	CHECK(gnp_openapi_write(&buffer, NULL) == GNP_OK);
+	CHECK(gnp_openapi_write(&buffer, NULL) == GNP_OK && gnp_buffer_append(&buffer, "", 1, NULL) == GNP_OK);
+	buffer.size--;
+	CHECK_CONTAINS((const char *)buffer.data, "dt: {oneOf: [{type: number, minimum: 0, exclusiveMinimum: true, maximum: 1.0e+200}, "
+	                                          "{type: string, enum: [auto]}], default: 'auto'}");
+	CHECK_CONTAINS((const char *)buffer.data, "- `record` (s, 10) FP64: ");
 	FILE *file = fopen("proto/openapi.yaml", "rb");
 	CHECK(file != NULL); /* the tests run from the top of the tree */
 	char *text = calloc(1, buffer.size + 2);
@@ -251,14 +256,31 @@ static void the_openapi_document_in_the_tree_is_current(void)
 
 static void usage_names_every_parameter(void)
 {
-	struct gnp_buffer buffer = {0};
-	CHECK(gnp_operation_usage(estimate(), &buffer, NULL) == GNP_OK);
-	gnp_buffer_append(&buffer, "", 1, NULL);
-	for (size_t i = 0; i < estimate()->parameter_count; i++)
-		CHECK_CONTAINS((const char *)buffer.data, estimate()->parameters[i].name);
-	CHECK_CONTAINS((const char *)buffer.data, "--k 12..500");
-	CHECK_CONTAINS((const char *)buffer.data, "--cover cover|all");
-	gnp_buffer_clear(&buffer);
+	const struct gnp_operation *operation;
+	for (size_t o = 0; (operation = gnp_operation_at(o)) != NULL; o++) {
+		struct gnp_buffer buffer = {0};
+		CHECK(gnp_operation_usage(operation, &buffer, NULL) == GNP_OK);
+		gnp_buffer_append(&buffer, "", 1, NULL);
+		for (size_t i = 0; i < operation->parameter_count; i++)
+			CHECK_CONTAINS((const char *)buffer.data, operation->parameters[i].name);
+		CHECK_CONTAINS((const char *)buffer.data, "--k 12..500");
+		CHECK_CONTAINS((const char *)buffer.data, "--cover cover|all");
+		gnp_buffer_clear(&buffer);
+	}
+}
+
+/* A parameter is named once, and every mask of outputs has room. */
+static void tables_are_sound(void)
+{
+	const struct gnp_operation *operation;
+	for (size_t o = 0; (operation = gnp_operation_at(o)) != NULL; o++) {
+		CHECK(gnp_operation_find(operation->name) == operation && operation->output_count < 64);
+		for (size_t i = 0; i < operation->parameter_count; i++) {
+			CHECK(operation->parameters[i].offset < GNP_OPTIONS_SIZE_MAX);
+			for (size_t j = 0; j < i; j++)
+				CHECK(strcmp(operation->parameters[i].name, operation->parameters[j].name) != 0);
+		}
+	}
 }
 
 int main(int argc, char **argv)
@@ -272,6 +294,7 @@ int main(int argc, char **argv)
 	                                    TEST(a_sphere_has_its_curvatures),
 	                                    TEST(a_failed_run_leaves_no_outputs),
 	                                    TEST(the_openapi_document_in_the_tree_is_current),
-	                                    TEST(usage_names_every_parameter)};
+	                                    TEST(usage_names_every_parameter),
+	                                    TEST(tables_are_sound)};
 	return RUN_TESTS(tests);
 }

@@ -12,7 +12,7 @@ static gnp_status decode_bytes(const void *data, size_t size, bool all, size_t m
 	unsigned char *body = malloc(size ? size : 1);
 	memcpy(body, data, size);
 	gnp_status status = all ? gnp_file_decode_all(GNP_FORMAT_PLY, body, size, tensors, error)
-	                        : gnp_file_decode(GNP_FORMAT_PLY, body, size, most, tensors, error);
+	                        : gnp_file_decode(GNP_FORMAT_PLY, body, size, &(struct gnp_file_wants){.max_points = most}, tensors, error);
 	free(body); /* PLY never borrows */
 	return status;
 }

@@ -11,7 +11,7 @@ static gnp_status decode_bytes(enum gnp_format format, const void *data, size_t 
 	unsigned char *body = malloc(size ? size : 1); /* the exact size, for the address sanitizer */
 	memcpy(body, data, size);
 	gnp_status status = all ? gnp_file_decode_all(format, body, size, tensors, error)
-	                        : gnp_file_decode(format, body, size, 0, tensors, error);
+	                        : gnp_file_decode(format, body, size, NULL, tensors, error);
 	free(body);
 	return status;
 }
@@ -189,6 +189,71 @@ static void xyz_and_json_are_written_and_read_back(void)
 	gnp_buffer_clear(&json);
 }
 
+/* The inputs of an operation beside points and normals: a mask, and numbers in several columns. */
+static const struct gnp_tensor_info inputs[] = {{.name = "points", .datatype = GNP_FP32, .rank = 2, .shape = {-1, 3}},
+                                                {.name = "fixed", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
+                                                {.name = "source", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
+static const struct gnp_file_wants wants = {.inputs = inputs, .input_count = 3};
+
+/* fixed 0 1 and source (2, width) counting from 10. */
+static void check_inputs(enum gnp_format format, const char *text, size_t size, size_t width)
+{
+	struct gnp_tensors tensors = {0};
+	struct gnp_error error = {0};
+	unsigned char *body = malloc(size);
+	memcpy(body, text, size);
+	CHECK(gnp_file_decode(format, body, size, &wants, &tensors, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	const struct gnp_tensor *fixed = gnp_tensors_find(&tensors, "fixed"), *source = gnp_tensors_find(&tensors, "source");
+	CHECK(tensors.count == (width ? 3 : 2));
+	CHECK(fixed && fixed->rank == 1 && fixed->shape[0] == 2 && gnp_tensor_get(fixed, 0) == 0 && gnp_tensor_get(fixed, 1) == 1);
+	CHECK(!width || (source && source->rank == 2 && source->shape[0] == 2 && source->shape[1] == width));
+	for (size_t i = 0; source && i < 2 * width; i++)
+		CHECK_NEAR(gnp_tensor_get(source, i), 10 + (double)i, 0);
+	gnp_tensors_clear(&tensors);
+	free(body);
+}
+
+static void columns_are_inputs_by_their_names(void)
+{
+	static const struct {
+		enum gnp_format format;
+		const char *text;
+		size_t width;
+	} cases[] = {
+		{GNP_FORMAT_XYZ, "# x y z fixed\n1 2 3 0\n4 5 6 1\n", 0},
+		{GNP_FORMAT_XYZ, "# x y z scalar_fixed source_9 fixedx\n1 2 3 0 7 7\n4 5 6 1 7 7\n", 0},
+		{GNP_FORMAT_XYZ, "# x y z source fixed\n1 2 3 10 0\n4 5 6 11 1\n", 1},
+		{GNP_FORMAT_XYZ, "# source_1 x y z source_0 fixed other\n11 1 2 3 10 0 5\n13 4 5 6 12 1 5\n", 2},
+		{GNP_FORMAT_PLY, "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+		                 "property uchar fixed\nproperty list uchar int l\nproperty short scalar_source_0\nproperty float scalar_source_1\n"
+		                 "property double source_2\nend_header\n1 2 3 0 0 10 11 12\n4 5 6 1 1 9 13 14 15\n", 3},
+		{GNP_FORMAT_PCD, "FIELDS fixed x y z source_0 source_1\nSIZE 1 4 4 4 4 4\nTYPE U F F F F F\nPOINTS 2\nDATA ascii\n"
+		                 "0 1 2 3 10 11\n1 4 5 6 12 13\n", 2},
+		{GNP_FORMAT_JSON, "{\"fixed\":[ false,true],\"points\":[[1,2,3],[4,5,6]],\"source\":[10,11],\"other\":[1]}", 1},
+		{GNP_FORMAT_JSON, "{\"scalar_fixed\":[0,1],\"points\":[[1,2,3],[4,5,6]],\"source\":[[10,11],[12,13]]}", 2},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+		check_inputs(cases[i].format, cases[i].text, strlen(cases[i].text), cases[i].width);
+}
+
+static void arrays_are_inputs_by_their_names(void)
+{
+	static float points[] = {1, 2, 3, 4, 5, 6}, source[] = {10, 11, 12, 13};
+	static unsigned char fixed[] = {0, 1};
+	struct gnp_tensors tensors = {0};
+	struct gnp_buffer npz = {0};
+	size_t vectors[] = {2, 3}, columns[] = {2, 2}, rows = 2;
+	gnp_tensors_add_data(&tensors, "source", GNP_FP32, 2, columns, source, false, NULL, NULL);
+	gnp_tensors_add_data(&tensors, "points", GNP_FP32, 2, vectors, points, false, NULL, NULL);
+	gnp_tensors_add_data(&tensors, "fixed", GNP_BOOL, 1, &rows, fixed, false, NULL, NULL);
+	gnp_tensors_add_data(&tensors, "other", GNP_FP32, 1, &rows, points, false, NULL, NULL);
+	CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, NULL, &npz, NULL) == GNP_OK);
+	check_inputs(GNP_FORMAT_NPZ, (const char *)npz.data, npz.size, 2);
+	gnp_tensors_clear(&tensors);
+	gnp_buffer_clear(&npz);
+}
+
 static void vtk_is_big_endian(void)
 {
 	struct gnp_tensors tensors = {0};
@@ -270,7 +335,8 @@ static void accept_headers(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(tables_of_numbers), TEST(pcd_files), TEST(obj_files), TEST(json_files),
-	                                    TEST(xyz_and_json_are_written_and_read_back), TEST(vtk_is_big_endian),
+	                                    TEST(xyz_and_json_are_written_and_read_back), TEST(columns_are_inputs_by_their_names),
+	                                    TEST(arrays_are_inputs_by_their_names), TEST(vtk_is_big_endian),
 	                                    TEST(nan_has_no_json_form), TEST(formats_are_told_apart), TEST(accept_headers)};
 	return RUN_TESTS(tests);
 }

@@ -288,7 +288,7 @@ def ply(points, count=None):
 
 
 def parse_ply(data):
-    """(names, rows as lists of columns) of a binary little-endian PLY of float or double properties."""
+    """(names, rows as lists of columns) of a binary little-endian PLY of float, double, uchar or int properties."""
     head, body = data.split(b"end_header\n", 1)
     count, names, kinds = 0, [], []
     for line in head.decode().splitlines():
@@ -297,7 +297,8 @@ def parse_ply(data):
             count = int(words[2])
         elif words[0] == "property":
             names.append(words[2])
-            kinds.append({"float": ("f", 4), "double": ("d", 8), "float32": ("f", 4), "float64": ("d", 8)}[words[1]])
+            kinds.append({"float": ("f", 4), "double": ("d", 8), "float32": ("f", 4), "float64": ("d", 8), "uchar": ("B", 1),
+                          "int": ("i", 4)}[words[1]])
     size = sum(kind[1] for kind in kinds)
     assert len(body) == count * size, "PLY: %d bytes for %d rows of %d" % (len(body), count, size)
     import struct
@@ -321,12 +322,13 @@ def points_body(points, **parameters):
 
 
 def parse_infer(response):
-    """name -> array of floats, of a JSON+binary response."""
+    """The JSON, and name -> array of numbers, of a JSON+binary response."""
+    types = {"FP32": "f", "FP64": "d", "BOOL": "B", "INT64": "q"}
     length = int(response.headers["inference-header-content-length"])
     head, rest, result = json.loads(response.body[:length]), response.body[length:], {}
     for output in head["outputs"]:
         size = output["parameters"]["binary_data_size"]
-        result[output["name"]] = array.array({"FP32": "f", "FP64": "d"}[output["datatype"]], rest[:size])
+        result[output["name"]] = array.array(types[output["datatype"]], rest[:size])
         rest = rest[size:]
     assert not rest
     return head, result

@@ -1,0 +1,187 @@
+#include "operation_common.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "memory.h"
+
+const char *const gnp_common_estimators[] = {"gnp", "gmls", "adaptive", NULL};
+const char *const gnp_common_covers[] = {"cover", "all", NULL};
+const char *const gnp_common_bases[] = {"tensor", "total", NULL};
+const char *const gnp_common_weights[] = {"quartic", "flat", "linear", NULL};
+
+gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *weights, const char *by_default,
+                              const struct gnp_models *models, struct gnp_error *error)
+{
+	options->models = models;
+	bool unused = options->estimator != GNP_ESTIMATOR_GNP && strcmp(weights, by_default) == 0;
+	if (unused || strcmp(weights, GNP_COMMON_AUTO) == 0)
+		return GNP_OK;
+	return gnp_models_find(models, weights, &options->model, error);
+}
+
+size_t gnp_common_memory(size_t count, size_t width, size_t more)
+{
+	size_t bytes;
+	return !gnp_size_multiply(count, width, &bytes) || bytes > SIZE_MAX - more ? SIZE_MAX : bytes + more;
+}
+
+gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out, struct gnp_error *error)
+{
+	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
+	const struct gnp_tensor *normals = gnp_tensors_find(&request->inputs, "normals");
+	out->count = points->shape[0];
+	out->type = points->datatype == GNP_FP64 ? GNP_FP64 : GNP_FP32;
+	out->points = gnp_tensor_to_double(points);
+	out->normals = normals ? gnp_tensor_to_double(normals) : NULL;
+	if (!out->points || (normals && !out->normals))
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "points: no memory for %zu", out->count);
+	return GNP_OK;
+}
+
+void gnp_common_cloud_clear(struct gnp_common_cloud *cloud)
+{
+	free(cloud->points);
+	free(cloud->normals);
+	*cloud = (struct gnp_common_cloud){0};
+}
+
+/* Front to back in blocks: a second array would cost more than the rounding. */
+static void round_in_place(double *values, size_t count)
+{
+	enum { BLOCK = 512 };
+	for (size_t first = 0; first < count; first += BLOCK) {
+		float block[BLOCK];
+		size_t some = count - first < BLOCK ? count - first : BLOCK;
+		for (size_t i = 0; i < some; i++)
+			block[i] = (float)values[first + i];
+		memcpy((char *)values + first * sizeof *block, block, some * sizeof *block);
+	}
+}
+
+void gnp_common_round(double **values, size_t count)
+{
+	round_in_place(*values, count);
+	void *smaller = count ? realloc(*values, count * sizeof(float)) : NULL;
+	if (smaller)
+		*values = smaller;
+}
+
+/* (rows, ...) in the table's rank; returns the numbers in all. */
+static size_t fill_shape(const struct gnp_tensor_info *info, size_t rows, size_t shape[4])
+{
+	size_t count = shape[0] = rows;
+	for (unsigned d = 1; d < info->rank; d++) {
+		shape[d] = (size_t)info->shape[d];
+		count *= shape[d];
+	}
+	return count;
+}
+
+gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, enum gnp_datatype type,
+                                  size_t rows, double **values, struct gnp_error *error)
+{
+	size_t shape[4], count = fill_shape(info, rows, shape);
+	enum gnp_datatype stored = info->datatype == GNP_FP32 ? type : info->datatype;
+	if (stored == GNP_FP32)
+		gnp_common_round(values, count);
+	gnp_status status = gnp_tensors_add_data(outputs, info->name, stored, info->rank, shape, *values, true, NULL, error);
+	if (status == GNP_OK)
+		*values = NULL;
+	return status;
+}
+
+gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows, const void *values,
+                               struct gnp_error *error)
+{
+	size_t shape[4];
+	struct gnp_tensor *tensor;
+	fill_shape(info, rows, shape);
+	gnp_status status = gnp_tensors_add(outputs, info->name, info->datatype, info->rank, shape, &tensor, error);
+	if (status == GNP_OK && tensor->size)
+		memcpy(tensor->data, values, tensor->size);
+	return status;
+}
+
+static gnp_status report_model(const struct gnp_model *model, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_string(report, "weights", model->name, error);
+	return status == GNP_OK ? gnp_values_add_string(report, "weights_sha256", model->sha256, error) : status;
+}
+
+static gnp_status report_least_squares(const struct gnp_estimate_options *o, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_integer(report, "degree", o->degree, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_string(report, "basis", gnp_common_bases[o->basis], error);
+	return status == GNP_OK ? gnp_values_add_string(report, "weight", gnp_common_weights[o->weight], error) : status;
+}
+
+/* What the estimator had a use for. */
+static gnp_status report_choices(const struct gnp_model *model, const struct gnp_estimate_options *o, struct gnp_values *report,
+                                 struct gnp_error *error)
+{
+	gnp_status status = gnp_values_add_string(report, "estimator", gnp_common_estimators[o->estimator], error);
+	if (status == GNP_OK && model)
+		status = report_model(model, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "k", model ? (int64_t)model->recipe.k : o->k, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_string(report, "cover", gnp_common_covers[o->cover], error);
+	return status == GNP_OK && o->estimator == GNP_ESTIMATOR_GMLS ? report_least_squares(o, report, error) : status;
+}
+
+gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct gnp_estimate_options *options,
+                             struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = report_choices(facts->model, options, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_bool(report, "normals_estimated", facts->normals_estimated, error);
+	if (status == GNP_OK && facts->normals_estimated)
+		status = gnp_values_add_integer(report, "components", (int64_t)facts->components, error);
+	if (status == GNP_OK && facts->patches)
+		status = gnp_values_add_integer(report, "patches", (int64_t)facts->patches, error);
+	return status;
+}
+
+static gnp_status report_seconds(const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (int i = GNP_STAGE_ORDER; task && i < GNP_STAGE_ENCODE && status == GNP_OK; i++) {
+		char name[64];
+		snprintf(name, sizeof name, "seconds_%s", gnp_stage_name((enum gnp_stage)i));
+		if (task->seconds[i] > 0)
+			status = gnp_values_add_number(report, name, round(task->seconds[i] * 1e6) / 1e6, error);
+	}
+	return status;
+}
+
+static gnp_status write_warnings(const struct gnp_common_facts *facts, const char *warning, struct gnp_buffer *text,
+                                 struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	if (warning)
+		status = gnp_buffer_printf(text, error, "%s", warning);
+	if (status == GNP_OK && facts->degenerate)
+		status = gnp_buffer_printf(text, error, "%s%zu points have a neighbourhood too poor for the basis: a lower degree was used there",
+		                           text->size ? "; " : "", facts->degenerate);
+	if (status == GNP_OK && facts->normals_estimated && facts->components > 1)
+		status = gnp_buffer_printf(text, error, "%snormals were estimated and each of %zu separate components is oriented by itself",
+		                           text->size ? "; " : "", facts->components);
+	return status;
+}
+
+gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const char *warning, const struct gnp_task *task,
+                                 struct gnp_values *report, struct gnp_error *error)
+{
+	struct gnp_buffer text = {0};
+	gnp_status status = report_seconds(task, report, error);
+	if (status == GNP_OK)
+		status = write_warnings(facts, warning, &text, error);
+	if (status == GNP_OK && text.size)
+		status = gnp_values_add_string(report, "warnings", (const char *)text.data, error);
+	gnp_buffer_clear(&text);
+	return status;
+}
