@@ -3,17 +3,21 @@
 #ifndef GNP_CORE_DOMAIN_H
 #define GNP_CORE_DOMAIN_H
 
-#include "estimate.h"
+#include "filter.h"
 #include "prepare.h"
 
 struct gnp_domain_options {
 	struct gnp_estimate_options estimate; /* whose normals; its quantities are ignored */
 	bool project;                         /* move the points onto the fitted surface first: for noisy clouds */
+	const struct gnp_filter_options *filter; /* drop what it drops first, and take the points as it leaves them; NULL: none */
 };
 
 /* Owned; freed by gnp_domain_clear. */
 struct gnp_domain {
 	size_t cloud_count;           /* n, points of the cloud */
+	size_t dropped;               /* points the filter dropped */
+	uint32_t *dropped_index;      /* (dropped) ascending; NULL without a filter */
+	double *dropped_points;       /* (dropped, 3) */
 	struct gnp_prepared prepared; /* the points that take part; order: their index in the cloud; normals are the estimator's */
 	double *area;                 /* (prepared.count) of each point's cell [length^2] */
 	size_t open;                  /* cells at open boundaries */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "interpolation.h"
 #include "memory.h"
 
 static const double mean_explained = 1e-3; /* by discretisation, of the root mean square of f */
@@ -15,6 +16,7 @@ struct gnp_poisson {
 	struct gnp_equation equation;
 	struct gnp_solver *solver;
 	struct gnp_collocation value; /* least squares: the fit's value at every point */
+	struct gnp_csr outside;       /* (dropped, points) values at points the filter dropped from those at the others */
 	double *response;   /* (unknowns) the solution for f = 1; NULL where nothing is free, and of least squares */
 	double *weight;     /* (unknowns) of the mean */
 	struct gnp_krylov_options krylov;
@@ -39,6 +41,7 @@ void gnp_poisson_release(struct gnp_poisson *poisson)
 	gnp_solver_free(poisson->solver);
 	gnp_equation_clear(&poisson->equation);
 	gnp_collocation_clear(&poisson->value);
+	gnp_csr_clear(&poisson->outside);
 	gnp_domain_clear(&poisson->domain);
 	free(poisson->response);
 	free(poisson->weight);
@@ -57,9 +60,9 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 	struct gnp_csr value = gnp_collocation_view(&poisson->value, GNP_DERIVATIVE_VALUE);
 	return (struct gnp_poisson_info){
 		.points = domain->cloud_count, .unknowns = equation->unknowns, .components = equation->components.count,
-		.isolated = equation->components.following, .reduced = equation->reduced, .open = domain->open,
+		.isolated = equation->components.following, .dropped = domain->dropped, .reduced = equation->reduced, .open = domain->open,
 		.bytes = sizeof *poisson + gnp_domain_bytes(domain) + gnp_equation_bytes(equation) + gnp_solver_bytes(poisson->solver) +
-		         gnp_csr_bytes(&value) + 2 * equation->unknowns * sizeof(double),
+		         gnp_csr_bytes(&value) + gnp_csr_bytes(&poisson->outside) + 2 * equation->unknowns * sizeof(double),
 		.solver = gnp_solver_kind(poisson->solver), .normals_estimated = domain->normals_estimated, .patches = domain->patches,
 		.degenerate = domain->degenerate, .model = domain->model};
 }
@@ -159,6 +162,9 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	if (status == GNP_OK)
 		status = assemble_values(poisson, &options->laplacian, given, pool, task, error);
 	free(given);
+	if (status == GNP_OK && poisson->domain.dropped)
+		status = gnp_interpolation_make(&poisson->domain.prepared, poisson->domain.dropped_points, poisson->domain.dropped,
+		                                (unsigned)options->laplacian.degree, pool, task, &poisson->outside, error);
 	if (status == GNP_OK)
 		status = weigh(poisson, options->mean, error);
 	if (status == GNP_OK)
@@ -287,6 +293,21 @@ static gnp_status measure_misfit(const struct side *side, struct gnp_pool *pool,
 	return status;
 }
 
+static gnp_status write_dropped(const struct gnp_poisson *poisson, size_t column, size_t count, struct gnp_pool *pool,
+                                const double *values, double *solution, struct gnp_error *error)
+{
+	size_t dropped = poisson->domain.dropped;
+	double *there = dropped ? gnp_array_new(dropped, sizeof *there) : NULL;
+	if (dropped == 0)
+		return GNP_OK;
+	gnp_status status = there ? gnp_csr_multiply(&poisson->outside, values, there, pool, NULL, error)
+	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu dropped points", dropped);
+	for (size_t i = 0; i < dropped && status == GNP_OK; i++)
+		solution[poisson->domain.dropped_index[i] * count + column] = there[i];
+	free(there);
+	return status;
+}
+
 static gnp_status write_solution(const struct side *side, size_t column, size_t count, struct gnp_pool *pool, double *values,
                                  double *solution, struct gnp_error *error)
 {
@@ -302,7 +323,7 @@ static gnp_status write_solution(const struct side *side, size_t column, size_t 
 		values[equation->kept[c]] = side->x[c];
 	for (size_t i = 0; i < equation->rows; i++)
 		solution[order[i] * count + column] = values[i];
-	return status;
+	return status == GNP_OK ? write_dropped(poisson, column, count, pool, values, solution, error) : status;
 }
 
 /* b (count, rows) in curve order; rows of fixed points hold their values. */

@@ -39,6 +39,7 @@ struct gnp_poisson_info {
 	size_t unknowns;
 	size_t components; /* parts of the cloud that stand alone, each solved with a zero mean of its own; 0 where nothing is free */
 	size_t isolated;   /* points in none of these, which follow from others */
+	size_t dropped;    /* points the filter dropped: they get the value of the local fit */
 	size_t reduced;    /* stencils of a lower degree for want of neighbours */
 	size_t open;       /* points at open boundaries, where derivatives are one-sided */
 	size_t bytes;      /* held by the object */

@@ -51,12 +51,18 @@ static gnp_status set_options(const struct wanted *wanted, const struct gnp_mode
 	estimate->cover = (int)wanted->cover;
 	estimate->estimator = (int)wanted->estimator;
 	estimate->models = models;
+	static struct gnp_filter_options filter;
+	filter = gnp_filter_defaults();
+	filter.project = true;
 	options->laplacian.domain.project = wanted->project != 0;
 	options->laplacian.system = (int)wanted->system;
 	options->laplacian.degree = (int)wanted->degree;
 	options->laplacian.neighbors = (int)wanted->neighbors;
 	options->solver = (int)wanted->solver;
-	return wanted->weights ? gnp_models_find(models, wanted->weights, &estimate->model, error) : GNP_OK;
+	gnp_status status = wanted->weights ? gnp_models_find(models, wanted->weights, &estimate->model, error) : GNP_OK;
+	filter.estimate = *estimate;
+	options->laplacian.domain.filter = wanted->filter != 0 ? &filter : NULL;
+	return status;
 }
 
 static void print_stages(const struct gnp_task *task)
@@ -114,8 +120,8 @@ static gnp_status run(const char *shape, size_t count, const struct wanted *want
 		status = gnp_poisson_prepare(&cloud, &options, pool, &task, &poisson, error);
 	if (status == GNP_OK) {
 		struct gnp_poisson_info info = gnp_poisson_info(poisson);
-		printf("%s %zu: prepare %.2f s, %s, %zu unknowns, %zu components, %zu reduced, holds %.2f GB, peak %.2f GB (%.2f before):", shape, count,
-		       gnp_clock() - started, info.solver == GNP_SOLVER_DIRECT ? "direct" : "iterative", info.unknowns, info.components, info.reduced,
+		printf("%s %zu: prepare %.2f s, %s, %zu unknowns, %zu components, %zu dropped, %zu reduced, holds %.2f GB, peak %.2f GB (%.2f before):", shape, count,
+		       gnp_clock() - started, info.solver == GNP_SOLVER_DIRECT ? "direct" : "iterative", info.unknowns, info.components, info.dropped, info.reduced,
 		       1e-9 * (double)info.bytes, peak_gigabytes(), sampled);
 		print_stages(&task);
 		for (size_t sides = 1; sides <= (size_t)wanted->sides && status == GNP_OK; sides *= 2)
