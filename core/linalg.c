@@ -75,3 +75,14 @@ void gnp_linalg_solve_upper_right(size_t m, size_t n, const double *t, size_t ld
 	if (m > 0 && n > 0)
 		cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, (int)m, (int)n, 1, t, (int)ldt, b, (int)ldb);
 }
+
+/* LAPACK's, which OpenBLAS brings without a header for C. */
+extern void dgeev_(const char *left, const char *right, const int *n, double *a, const int *lda, double *real, double *imaginary,
+                   double *vl, const int *ldvl, double *vr, const int *ldvr, double *work, const int *lwork, int *info, size_t, size_t);
+
+int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work)
+{
+	int order = (int)n, length = 8 * order, one = 1, info = 0;
+	dgeev_("N", "V", &order, a, &order, real, imaginary, NULL, &one, vectors, &order, work, &length, &info, 1, 1);
+	return info;
+}

@@ -34,4 +34,8 @@ void gnp_linalg_solve_upper(size_t n, size_t r, const double *t, size_t ldt, dou
 /* B (m, n) = B T^-1, T the upper triangle of t. */
 void gnp_linalg_solve_upper_right(size_t m, size_t n, const double *t, size_t ldt, double *b, size_t ldb);
 
+/* Eigenvalues (n) of a general A (n, n), column-major and destroyed, and right eigenvectors (n, n): a real one in column j, or the real and
+ * imaginary part of a conjugate pair in columns j and j + 1. work (8 n) is spare. Returns 0, or LAPACK's complaint. */
+int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work);
+
 #endif
