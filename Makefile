@@ -32,7 +32,7 @@ PKGS_SERVER := libmicrohttpd
 PKGS_CLIENT := libcurl libpng
 
 # FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
-LIBS_CORE    = -lflann -lopenblas $(shell pkg-config --libs $(PKGS_CORE)) -lm
+LIBS_CORE    = -lflann -lcholmod -lopenblas $(shell pkg-config --libs $(PKGS_CORE)) -lm
 LIBS_PROTO   = $(shell pkg-config --libs $(PKGS_PROTO))
 LIBS_SERVER  = $(shell pkg-config --libs $(PKGS_SERVER))
 LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))

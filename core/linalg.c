@@ -48,3 +48,52 @@ void gnp_linalg_sgemm(size_t m, size_t n, size_t k, const float *a, const float 
 {
 	gnp_linalg_gemm(GNP_PLAIN, GNP_PLAIN, m, n, k, 1, a, k, b, n, 0, c, n);
 }
+
+void gnp_linalg_subtract_product(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+                                 size_t ldc)
+{
+	if (m == 0 || n == 0 || k == 0)
+		return;
+	if (n == 1) /* a product would copy A first */
+		cblas_dgemv(CblasColMajor, CblasNoTrans, (int)m, (int)k, -1, a, (int)lda, b, 1, 1, c, 1);
+	else
+		cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)m, (int)n, (int)k, -1, a, (int)lda, b, (int)ldb, 1, c, (int)ldc);
+}
+
+static void solve_triangle(CBLAS_UPLO triangle, CBLAS_DIAG diagonal, size_t n, size_t r, const double *t, size_t ldt, double *b,
+                           size_t ldb)
+{
+	if (n == 0 || r == 0)
+		return;
+	if (r == 1)
+		cblas_dtrsv(CblasColMajor, triangle, CblasNoTrans, diagonal, (int)n, t, (int)ldt, b, 1);
+	else
+		cblas_dtrsm(CblasColMajor, CblasLeft, triangle, CblasNoTrans, diagonal, (int)n, (int)r, 1, t, (int)ldt, b, (int)ldb);
+}
+
+void gnp_linalg_solve_lower(size_t n, size_t r, const double *t, size_t ldt, double *b, size_t ldb)
+{
+	solve_triangle(CblasLower, CblasUnit, n, r, t, ldt, b, ldb);
+}
+
+void gnp_linalg_solve_upper(size_t n, size_t r, const double *t, size_t ldt, double *b, size_t ldb)
+{
+	solve_triangle(CblasUpper, CblasNonUnit, n, r, t, ldt, b, ldb);
+}
+
+void gnp_linalg_solve_upper_right(size_t m, size_t n, const double *t, size_t ldt, double *b, size_t ldb)
+{
+	if (m > 0 && n > 0)
+		cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, (int)m, (int)n, 1, t, (int)ldt, b, (int)ldb);
+}
+
+/* LAPACK's, which OpenBLAS brings without a header for C. */
+extern void dgeev_(const char *left, const char *right, const int *n, double *a, const int *lda, double *real, double *imaginary,
+                   double *vl, const int *ldvl, double *vr, const int *ldvr, double *work, const int *lwork, int *info, size_t, size_t);
+
+int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work)
+{
+	int order = (int)n, length = 8 * order, one = 1, info = 0;
+	dgeev_("N", "V", &order, a, &order, real, imaginary, NULL, &one, vectors, &order, work, &length, &info, 1, 1);
+	return info;
+}

@@ -23,4 +23,20 @@ void gnp_linalg_gemm(enum gnp_transpose transpose_a, enum gnp_transpose transpos
 /* C (m, n) = A (m, k) B (k, n), row-major, no transposes. */
 void gnp_linalg_sgemm(size_t m, size_t n, size_t k, const float *a, const float *b, float *c);
 
+/* The same in double and column-major, for factors of dense blocks: an element (i, j) is at [i + j * leading dimension].
+ * C (m, n) -= A (m, k) B (k, n). */
+void gnp_linalg_subtract_product(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb, double *c,
+                                 size_t ldc);
+
+/* B (n, r) = T^-1 B, T (n, n) the unit lower or the upper triangle of t. */
+void gnp_linalg_solve_lower(size_t n, size_t r, const double *t, size_t ldt, double *b, size_t ldb);
+void gnp_linalg_solve_upper(size_t n, size_t r, const double *t, size_t ldt, double *b, size_t ldb);
+
+/* B (m, n) = B T^-1, T the upper triangle of t. */
+void gnp_linalg_solve_upper_right(size_t m, size_t n, const double *t, size_t ldt, double *b, size_t ldb);
+
+/* Eigenvalues (n) of a general A (n, n), column-major and destroyed, and right eigenvectors (n, n): a real one in column j, or the real and
+ * imaginary part of a conjugate pair in columns j and j + 1. work (8 n) is spare. Returns 0, or LAPACK's complaint. */
+int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work);
+
 #endif

@@ -22,6 +22,9 @@
 	X(GNP_STAGE_ESTIMATE, "estimate") \
 	X(GNP_STAGE_FILTER, "filter")     \
 	X(GNP_STAGE_FLOW, "flow")         \
+	X(GNP_STAGE_ASSEMBLE, "assemble") \
+	X(GNP_STAGE_FACTOR, "factor")     \
+	X(GNP_STAGE_SOLVE, "solve")       \
 	X(GNP_STAGE_ENCODE, "encode")     \
 	X(GNP_STAGE_DONE, "done")
 

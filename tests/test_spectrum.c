@@ -1,0 +1,59 @@
+#include "linalg.h"
+#include "manufactured.h"
+#include "spectrum.h"
+#include "test.h"
+
+static struct gnp_pool *pool;
+
+/* l (l + 1), 2 l + 1 times each, up to l = 8; the first vector is constant. */
+static void the_sphere_has_its_eigenvalues(void)
+{
+	enum { N = 8000, L = 8, COUNT = (L + 1) * (L + 1) };
+	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = N, .seed = 7}, pool);
+	struct gnp_cloud cloud = {N, sample.points, sample.normals};
+	struct gnp_poisson_options options = gnp_poisson_defaults();
+	struct gnp_spectrum spectrum;
+	struct gnp_error error = {0};
+	options.laplacian.domain.estimate.cover = GNP_COVER_ALL;
+	if (gnp_spectrum_run(&cloud, &options, COUNT, 1e-8, pool, NULL, &spectrum, &error) != GNP_OK) {
+		fprintf(stderr, "%s\n", error.text);
+		CHECK(!"the spectrum was found");
+		return;
+	}
+	CHECK_AT_MOST(fabs(spectrum.value[0]), 1e-8);
+	for (int l = 1, k = 1; l <= L; l++)
+		for (int m = -l; m <= l; m++, k++) {
+			CHECK_NEAR(spectrum.value[k], l * (l + 1), 0.005 * l * (l + 1));
+			CHECK_AT_MOST(spectrum.imaginary[k], 0.005 * l * (l + 1));
+			CHECK_AT_MOST(spectrum.residual[k], 1e-8);
+		}
+	for (size_t i = 1; i < N; i++)
+		CHECK_NEAR(spectrum.vector[i], spectrum.vector[0], 1e-7);
+	gnp_spectrum_clear(&spectrum);
+	gnp_sample_clear(&sample);
+}
+
+static void askings_that_cannot_be_met_are_refused(void)
+{
+	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = 200, .seed = 7}, pool);
+	struct gnp_cloud cloud = {200, sample.points, sample.normals};
+	struct gnp_poisson_options options = gnp_poisson_defaults();
+	struct gnp_spectrum spectrum;
+	struct gnp_error error = {0}, other = {0};
+	CHECK(gnp_spectrum_run(&cloud, &options, 50, 1e-8, pool, NULL, &spectrum, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "count: got 50, need 1..500 and 4 count + 96 points");
+	CHECK(gnp_spectrum_run(&cloud, &options, 5, 0, pool, NULL, &spectrum, &other) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(other.text, "tolerance: got 0, need 1e-12..0.1");
+	gnp_sample_clear(&sample);
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {TEST(the_sphere_has_its_eigenvalues), TEST(askings_that_cannot_be_met_are_refused)};
+	gnp_linalg_init();
+	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
+		return 1;
+	int status = RUN_TESTS(tests);
+	gnp_pool_free(pool);
+	return status;
+}
