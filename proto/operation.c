@@ -10,7 +10,8 @@
 #include "operation_table.h"
 
 static const struct gnp_operation *const operations[] = {&gnp_operation_estimate, &gnp_operation_filter,
-                                                         &gnp_operation_flow};
+                                                         &gnp_operation_flow, &gnp_operation_laplacian, &gnp_operation_poisson,
+                                                         &gnp_operation_heat, &gnp_operation_geodesic, &gnp_operation_spectrum};
 
 const struct gnp_operation *gnp_operation_at(size_t i)
 {
@@ -387,6 +388,8 @@ gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct 
 		status = operation->resolve(made.options, limits ? limits->models : NULL, error);
 	if (status != GNP_OK)
 		return status;
+	made.models = limits ? limits->models : NULL;
+	made.cache = limits ? limits->cache : NULL;
 	made.memory = operation->memory(made.points, made.options);
 	*call = made;
 	return GNP_OK;
@@ -395,7 +398,7 @@ gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct 
 gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
                         struct gnp_response *response, struct gnp_error *error)
 {
-	gnp_status status = call->operation->run(call->request, call->options, pool, task, response, error);
+	gnp_status status = call->operation->run(call, pool, task, response, error);
 	if (status != GNP_OK)
 		gnp_response_clear(response);
 	return status;

@@ -11,6 +11,7 @@
 #include "message.h"
 #include "models.h"
 #include "pool.h"
+#include "prepared_cache.h"
 #include "status.h"
 #include "task.h"
 #include "tensor.h"
@@ -38,7 +39,9 @@ struct gnp_parameter {
 	const char *help;
 };
 
-#define GNP_OPTIONS_SIZE_MAX 256
+#define GNP_OPTIONS_SIZE_MAX 384
+
+struct gnp_call;
 
 struct gnp_operation {
 	const char *name, *help;
@@ -54,8 +57,8 @@ struct gnp_operation {
 	/* Bytes the work may allocate, for admission control. */
 	size_t (*memory)(size_t points, const void *options);
 	/* Does the work; response is empty on entry, cleared by the caller in any case. */
-	gnp_status (*run)(const struct gnp_request *request, const void *options, struct gnp_pool *pool,
-	                  struct gnp_task *task, struct gnp_response *response, struct gnp_error *error);
+	gnp_status (*run)(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+	                  struct gnp_error *error);
 };
 
 /* The i-th operation, or NULL past the last; by name, or NULL. */
@@ -68,6 +71,8 @@ struct gnp_call {
 	const struct gnp_request *request;
 	size_t points;
 	size_t memory;  /* estimate of the bytes the work needs */
+	const struct gnp_models *models; /* those loaded */
+	struct gnp_prepared_cache *cache; /* where prepared operators are kept; NULL: nowhere */
 	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
 };
 
@@ -75,6 +80,7 @@ struct gnp_call {
 struct gnp_limits {
 	size_t points;                   /* most points a request may have; 0: no limit */
 	const struct gnp_models *models; /* those loaded, which must outlive the call; may be NULL: none */
+	struct gnp_prepared_cache *cache; /* which must too; may be NULL: none */
 };
 
 /* Checks inputs (names, datatypes, shapes, counts against each other), requested outputs and every parameter.

@@ -48,6 +48,20 @@ void gnp_common_cloud_clear(struct gnp_common_cloud *cloud)
 	*cloud = (struct gnp_common_cloud){0};
 }
 
+gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask, struct gnp_error *error)
+{
+	const struct gnp_tensor *tensor = gnp_tensors_find(&request->inputs, name);
+	*mask = NULL;
+	if (!tensor)
+		return GNP_OK;
+	*mask = gnp_array_new(tensor->shape[0], 1);
+	if (!*mask)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu points", name, tensor->shape[0]);
+	for (size_t i = 0; i < tensor->shape[0]; i++)
+		(*mask)[i] = gnp_tensor_get(tensor, i) != 0;
+	return GNP_OK;
+}
+
 /* Front to back in blocks: a second array would cost more than the rounding. */
 static void round_in_place(double *values, size_t count)
 {

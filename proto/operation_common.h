@@ -56,6 +56,9 @@ struct gnp_common_cloud {
 gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out, struct gnp_error *error);
 void gnp_common_cloud_clear(struct gnp_common_cloud *cloud);
 
+/* A mask (n) of the request, whose values are known to be 0 and 1; *mask is NULL when there is none. Freed by the caller. */
+gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask, struct gnp_error *error);
+
 /* Rounds numbers to single precision within their memory; what they no longer need is given back. */
 void gnp_common_round(double **values, size_t count);
 

@@ -155,13 +155,13 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 	return status;
 }
 
-static gnp_status run(const struct gnp_request *request, const void *options, struct gnp_pool *pool, struct gnp_task *task,
-                      struct gnp_response *response, struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
 {
-	const struct options *o = options;
+	const struct options *o = (const void *)call->options;
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter filter = {0};
-	gnp_status status = gnp_common_cloud_read(request, &input, error);
+	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
 	if (status != GNP_OK)
 		goto done;
 	struct gnp_cloud cloud = {input.count, input.points, input.normals};

@@ -123,21 +123,6 @@ static gnp_status check_snapshots(const struct gnp_request *request, const struc
 	return GNP_OK;
 }
 
-/* *fixed (n), malloc'd; NULL when there is no mask. Its values are known to be 0 and 1. */
-static gnp_status read_fixed(const struct gnp_request *request, unsigned char **fixed, struct gnp_error *error)
-{
-	const struct gnp_tensor *mask = gnp_tensors_find(&request->inputs, "fixed");
-	if (!mask)
-		return GNP_OK;
-	size_t count = mask->shape[0];
-	*fixed = gnp_array_new(count, 1);
-	if (!*fixed)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "fixed: no memory for %zu points", count);
-	for (size_t i = 0; i < count; i++)
-		(*fixed)[i] = gnp_tensor_get(mask, i) != 0;
-	return GNP_OK;
-}
-
 static gnp_status add_output(enum output output, struct gnp_flow *flow, enum gnp_datatype type, struct gnp_tensors *to,
                              struct gnp_error *error)
 {
@@ -212,18 +197,18 @@ static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_
 	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_request *request, const void *options, struct gnp_pool *pool, struct gnp_task *task,
-                      struct gnp_response *response, struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
 {
-	const struct options *o = options;
+	const struct options *o = (const void *)call->options;
 	struct gnp_common_cloud input = {0};
 	struct gnp_flow flow = {0};
 	unsigned char *fixed = NULL;
-	gnp_status status = check_snapshots(request, o, error);
+	gnp_status status = check_snapshots(call->request, o, error);
 	if (status == GNP_OK)
-		status = gnp_common_cloud_read(request, &input, error);
+		status = gnp_common_cloud_read(call->request, &input, error);
 	if (status == GNP_OK)
-		status = read_fixed(request, &fixed, error);
+		status = gnp_common_mask_read(call->request, "fixed", &fixed, error);
 	if (status != GNP_OK)
 		goto done;
 	struct gnp_cloud cloud = {input.count, input.points, input.normals};

@@ -4,6 +4,7 @@
 
 #include "operation.h"
 
-extern const struct gnp_operation gnp_operation_estimate, gnp_operation_filter, gnp_operation_flow;
+extern const struct gnp_operation gnp_operation_estimate, gnp_operation_filter, gnp_operation_flow, gnp_operation_laplacian,
+	gnp_operation_poisson, gnp_operation_heat, gnp_operation_geodesic, gnp_operation_spectrum;
 
 #endif

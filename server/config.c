@@ -36,6 +36,7 @@ static const struct field fields[] = {
 	{"max-points", COUNT, FIELD(max_points), "10000000", 1, 2147483647, "points of one request"},
 	{"queue-count", COUNT, FIELD(queue_count), "64", 1, 65536, "requests that may wait"},
 	{"queue-bytes", BYTES, FIELD(queue_bytes), "4G", 1024, 64 * TIB, "bodies and estimated memory of all requests held"},
+	{"operator-cache-bytes", BYTES, FIELD(operator_cache_bytes), "2G", 0, 64 * TIB, "prepared operators kept for later right-hand sides; 0: none"},
 	{"discard-bytes", BYTES, FIELD(discard_bytes), "4M", 0, TIB, "of a refused body, read before the answer"},
 	{"connection-memory-bytes", BYTES, FIELD(connection_memory_bytes), "128K", 16384, 16777216, "headers and read buffer of a connection"},
 	{"min-body-rate", BYTES, FIELD(min_body_rate), "1K", 0, TIB, "bytes a second a client must keep up"},

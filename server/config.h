@@ -29,6 +29,7 @@ struct gnpd_config {
 	size_t max_points;                  /* of one request */
 	size_t queue_count;                 /* requests that may wait for a runner */
 	size_t queue_bytes;                 /* bodies plus estimated memory of all requests held */
+	size_t operator_cache_bytes;        /* prepared operators kept for later right-hand sides */
 	size_t discard_bytes;               /* of a refused body, read so that the client gets to see the answer */
 	size_t connection_memory_bytes;     /* headers and read buffer of one connection */
 	size_t min_body_rate;               /* bytes a second a client must keep up after body_grace_seconds */

@@ -187,6 +187,8 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnpd_loader_create(&server, &server.loader, error);
 	if (status == GNP_OK)
+		status = gnp_prepared_cache_create(config->operator_cache_bytes, &server.cache, error);
+	if (status == GNP_OK)
 		status = gnpd_queue_create(config->runners, config->queue_count, config->queue_bytes, &server.queue, error);
 	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
@@ -194,6 +196,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 		status = serve(&server, error);
 	gnpd_reaper_free(server.reaper);
 	gnpd_queue_free(server.queue);
+	gnp_prepared_cache_free(server.cache);
 	gnpd_loader_free(server.loader);
 	gnp_pool_free(server.pool);
 	gnp_buffer_clear(&server.openapi);

@@ -170,7 +170,7 @@ static gnp_status write_single(const char *name, const char *type, const char *h
 }
 
 static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
-                                size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
+                                const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	const struct { const char *name, *type, *help; double value; } singles[] = {
 		{"request_body_bytes_total", "counter", "Bytes of request bodies read.", (double)atomic_load(&metrics->bytes_in)},
@@ -182,6 +182,12 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 		{"queue_requests", "gauge", "Requests that wait for a runner.", (double)state->waiting},
 		{"queue_bytes", "gauge", "Bodies and estimated memory of all requests held.", (double)state->bytes},
 		{"running_requests", "gauge", "Requests that are being computed.", (double)state->running},
+		{"operator_cache_operators", "gauge", "Prepared operators kept.", (double)cache->entries},
+		{"operator_cache_bytes", "gauge", "Bytes of prepared operators kept.", (double)cache->bytes},
+		{"operator_cache_limit_bytes", "gauge", "Most bytes of them.", (double)cache->limit},
+		{"operator_cache_hits_total", "counter", "Requests that found their operator.", (double)cache->hits},
+		{"operator_cache_misses_total", "counter", "Requests that made their operator.", (double)cache->misses},
+		{"operator_cache_evictions_total", "counter", "Operators let go for want of room.", (double)cache->evictions},
 		{"workers", "gauge", "Compute threads.", (double)workers},
 		{"start_time_seconds", "gauge", "Start of the process since the epoch.", metrics->started},
 	};
@@ -191,8 +197,8 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 	return status;
 }
 
-gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state, size_t workers,
-                              struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
+                              const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = write_family(buffer, "build_info", "gauge", "The version that runs, as a label.", error);
 	if (status == GNP_OK)
@@ -212,5 +218,5 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 	if (status == GNP_OK)
 		status = write_reasons("weights_reloads_total", "Loads of weights asked for by SIGHUP.", "result", reloads,
 		                       metrics->reloads, GNPD_RELOADS, buffer, error);
-	return status == GNP_OK ? write_singles(metrics, state, workers, buffer, error) : status;
+	return status == GNP_OK ? write_singles(metrics, state, cache, workers, buffer, error) : status;
 }

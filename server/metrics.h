@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "message.h"
+#include "prepared_cache.h"
 #include "queue.h"
 #include "status.h"
 #include "task.h"
@@ -55,8 +56,8 @@ void gnpd_metrics_stages(struct gnpd_metrics *metrics, const struct gnp_task *ta
 void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label label, uint64_t *good, uint64_t *bad,
                          uint64_t *nanoseconds);
 
-/* Appends the exposition. state: of the queue now. */
-gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state, size_t workers,
-                              struct gnp_buffer *buffer, struct gnp_error *error);
+/* Appends the exposition. state, cache: of the queue and of the prepared operators now. */
+gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
+                              const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error);
 
 #endif

@@ -10,6 +10,7 @@
 #include "log.h"
 #include "metrics.h"
 #include "pool.h"
+#include "prepared_cache.h"
 #include "queue.h"
 #include "reaper.h"
 
@@ -19,6 +20,7 @@ struct gnpd_server {
 	struct gnpd_metrics metrics;
 	struct gnp_pool *pool;
 	struct gnpd_loader *loader;
+	struct gnp_prepared_cache *cache;  /* of operators */
 	struct gnpd_queue *queue;
 	struct gnpd_reaper *reaper;
 	struct gnp_buffer openapi;         /* written once */

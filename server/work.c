@@ -55,7 +55,8 @@ gnp_status gnpd_work_run(struct gnpd_request *request, const struct gnpd_codec *
 {
 	struct gnpd_server *server = request->server;
 	const struct gnp_operation *operation = gnp_operation_find(request->model);
-	const struct gnp_limits limits = {.points = server->config->max_points, .models = request->models};
+	const struct gnp_limits limits = {.points = server->config->max_points, .models = request->models,
+	                                 .cache = server->cache};
 	gnp_status status = decode(request, codec, error);
 	if (status == GNP_OK)
 		status = gnp_call_prepare(operation, &request->message, &limits, &request->call, error);

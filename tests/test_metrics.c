@@ -7,7 +7,7 @@ static char *write_text(const struct gnpd_metrics *metrics)
 {
 	struct gnp_buffer buffer = {0};
 	struct gnpd_queue_state state = {.waiting = 3, .running = 2, .bytes = 4096};
-	CHECK(gnpd_metrics_write(metrics, &state, 7, &buffer, NULL) == GNP_OK);
+	CHECK(gnpd_metrics_write(metrics, &state, &(struct gnp_prepared_cache_state){.hits = 3}, 7, &buffer, NULL) == GNP_OK);
 	CHECK(gnp_buffer_append(&buffer, "", 1, NULL) == GNP_OK);
 	return (char *)buffer.data;
 }

@@ -1,0 +1,69 @@
+/* What the operations that solve equations on a cloud share: the parameters of the discretisation and the solver, and the prepared
+ * operator that requests with the same cloud and parameters share. */
+#ifndef GNP_PROTO_OPERATION_EQUATION_H
+#define GNP_PROTO_OPERATION_EQUATION_H
+
+#include "operation_common.h"
+#include "poisson.h"
+#include "prepared_cache.h"
+
+/* The first member of such an operation's options. */
+struct gnp_equation_options {
+	struct gnp_poisson_options core;
+	char weights[GNP_MODEL_NAME_MAX + 1];
+	bool filter; /* drop outliers and project noisy points first */
+};
+
+/* Words of choices, in the order of the enumerations. */
+extern const char *const gnp_equation_systems[], *const gnp_equation_solvers[], *const gnp_equation_means[];
+
+/* Rows of a table of parameters; type's member `equation` is the struct above. */
+#define GNP_EQUATION_DISCRETISATION(type)                                                                                                    \
+	{"filter", GNP_PARAMETER_BOOL, offsetof(type, equation.filter), "false", 0, 0, NULL,                                                 \
+	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"},                               \
+	{"function_degree", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.degree), "4", 2, 7, NULL,                          \
+	 "of the polynomials that functions are fitted with, in both coordinates together"},                                                 \
+	{"stencil", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.neighbors), "0", 0, 500, NULL,                             \
+	 "points of a stencil; 0: twice the polynomial's coefficients"},                                                                     \
+	GNP_COMMON_PARAMETERS(type, equation.core.laplacian.domain.estimate, equation.weights, GNP_COMMON_AUTO)
+
+#define GNP_EQUATION_SYSTEM(type)                                                                                                            \
+	{"system", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.laplacian.system), "square", 0, 0, gnp_equation_systems,               \
+	 "square: every point an unknown; least_squares: all points collocate, a share of them without unknowns"},                           \
+	{"drop", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.laplacian.drop), "0.1", 0, 0.5, NULL,                                    \
+	 "share of points without unknowns, by farthest points (least_squares)"}
+
+#define GNP_EQUATION_SOLVER(type)                                                                                                            \
+	{"solver", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.solver), "auto", 0, 0, gnp_equation_solvers,                           \
+	 "direct: one factor, each further right-hand side in hundredths of a second; iterative: for millions of points; auto: by size"},    \
+	{"tolerance", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.tolerance), "1e-08", 1e-14, 0.1, NULL,                              \
+	 "relative residual (iterative)"},                                                                                                   \
+	{"iterations", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.iterations), "500", 1, 10000, NULL, "at most (iterative)"}
+
+/* Defaults as in the tables above; options begin with a struct gnp_equation_options. */
+void gnp_equation_defaults(struct gnp_equation_options *options);
+gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, struct gnp_error *error);
+/* Bytes to prepare an operator and solve for `sides` right-hand sides. */
+size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides);
+
+/* The filter of the domain, where it is asked for; options' domain then borrows it. */
+void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter);
+
+/* The digest of all that a prepared operator is made of. word: what kind; mask (count) may be NULL; extra: numbers of the operation's own. */
+void gnp_equation_key(const struct gnp_call *call, const struct gnp_equation_options *options, const char *word,
+                      const struct gnp_common_cloud *cloud, const unsigned char *mask, const double *extra, size_t extra_count,
+                      char key[GNP_SHA256_TEXT]);
+
+/* A Poisson operator of the cloud from the cache of the call, or made. options->core.fixed: mask or NULL. *found: it was there. */
+gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_options *options, const struct gnp_common_cloud *cloud,
+                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared_entry **entry, bool *found,
+                            struct gnp_error *error);
+
+/* An input (n) or (n, r) of the request as numbers (n, *sides); NULL where it is absent. Freed by the caller. */
+gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error);
+
+/* What became of the operator: prepared (whether it was kept), solver, unknowns, components, ..., with the estimator's choices. */
+gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found, const struct gnp_equation_options *options,
+                               struct gnp_values *report, struct gnp_error *error);
+
+#endif

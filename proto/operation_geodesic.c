@@ -1,0 +1,166 @@
+/* The operation `geodesic`: its descriptor, and the way from tensors to gnp_geodesic_distance and back. */
+#include <stdlib.h>
+
+#include "geodesic.h"
+#include "memory.h"
+#include "operation_equation.h"
+#include "operation_table.h"
+
+struct options {
+	struct gnp_equation_options equation; /* its domain alone counts */
+	int source;
+};
+_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
+
+static const struct gnp_tensor_info inputs[] = {
+	GNP_COMMON_INPUTS,
+	{"sources", GNP_BOOL, 1, {-1}, true, "1 at the points that distances are taken from; the parameter source when absent"},
+};
+
+static const struct gnp_tensor_info outputs[] = {
+	{"distance", GNP_FP64, 1, {-1}, false,
+	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped points"},
+};
+
+static const struct gnp_parameter parameters[] = {
+	{"source", GNP_PARAMETER_INTEGER, offsetof(struct options, source), "0", 0, 2147483647, NULL,
+	 "the point that distances are taken from, without the input sources"},
+	{"filter", GNP_PARAMETER_BOOL, offsetof(struct options, equation.filter), "false", 0, 0, NULL,
+	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"},
+	GNP_COMMON_PARAMETERS(struct options, equation.core.laplacian.domain.estimate, equation.weights, GNP_COMMON_AUTO),
+};
+
+static void defaults(void *options)
+{
+	struct options *o = options;
+	gnp_equation_defaults(&o->equation);
+	o->source = 0;
+}
+
+static size_t memory(size_t points, const void *options)
+{
+	return gnp_equation_memory(points, &((const struct options *)options)->equation, 1);
+}
+
+/* ---- The operator ---- */
+
+struct making {
+	const struct gnp_equation_options *options;
+	const struct gnp_common_cloud *cloud;
+	struct gnp_pool *pool;
+};
+
+static gnp_status make(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
+{
+	const struct making *making = context;
+	const struct gnp_cloud cloud = {making->cloud->count, making->cloud->points, making->cloud->normals};
+	struct gnp_equation_options options = *making->options;
+	struct gnp_filter_options filter;
+	struct gnp_geodesic *geodesic;
+	gnp_equation_set_filter(&options, &filter);
+	gnp_status status = gnp_geodesic_create(&cloud, &options.core.laplacian.domain, making->pool, task, &geodesic, error);
+	if (status != GNP_OK)
+		return status;
+	*object = geodesic;
+	*bytes = gnp_geodesic_bytes(geodesic);
+	return GNP_OK;
+}
+
+static void destroy(void *object)
+{
+	gnp_geodesic_free(object);
+}
+
+static gnp_status get(const struct gnp_call *call, const struct options *o, const struct gnp_common_cloud *cloud, struct gnp_pool *pool,
+                      struct gnp_task *task, struct gnp_prepared_entry **entry, bool *found, struct gnp_error *error)
+{
+	static const struct gnp_prepared_kind kind = {make, destroy};
+	struct making making = {&o->equation, cloud, pool};
+	char key[GNP_SHA256_TEXT];
+	gnp_equation_key(call, &o->equation, "geodesic", cloud, NULL, NULL, 0, key);
+	return gnp_prepared_get(call->cache, key, &kind, &making, task, entry, found, error);
+}
+
+/* ---- Sources ---- */
+
+/* *sources (count), freed by the caller. */
+static gnp_status read_sources(const struct gnp_call *call, const struct options *o, size_t points, uint32_t **sources, size_t *count,
+                               struct gnp_error *error)
+{
+	unsigned char *mask;
+	gnp_status status = gnp_common_mask_read(call->request, "sources", &mask, error);
+	if (status == GNP_OK && !mask && (size_t)o->source >= points)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source, points - 1);
+	*count = mask ? 0 : 1;
+	for (size_t i = 0; mask && i < points; i++)
+		*count += mask[i];
+	if (status == GNP_OK && *count == 0)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: got none, need at least one point");
+	*sources = status == GNP_OK ? gnp_array_new(*count, sizeof **sources) : NULL;
+	if (status == GNP_OK && !*sources)
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "sources: no memory for %zu points", *count);
+	size_t made = 0;
+	for (size_t i = 0; status == GNP_OK && mask && i < points; i++)
+		if (mask[i])
+			(*sources)[made++] = (uint32_t)i;
+	if (status == GNP_OK && !mask)
+		(*sources)[0] = (uint32_t)o->source;
+	free(mask);
+	return status;
+}
+
+static gnp_status add_report(bool found, size_t sources, const struct options *o, const struct gnp_common_cloud *cloud,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
+{
+	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
+	const struct gnp_common_facts facts = {.model = estimate->model, .normals_estimated = !cloud->normals, .components = 0};
+	gnp_status status = gnp_common_report(&facts, estimate, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_bool(report, "operator_kept", found, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "sources", (int64_t)sources, error);
+	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+}
+
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
+{
+	const struct options *o = (const void *)call->options;
+	struct gnp_common_cloud cloud = {0};
+	struct gnp_prepared_entry *entry = NULL;
+	struct gnp_tensor *distance;
+	uint32_t *sources = NULL;
+	size_t count = 0;
+	bool found = false;
+	gnp_status status = gnp_common_cloud_read(call->request, &cloud, error);
+	if (status == GNP_OK)
+		status = read_sources(call, o, cloud.count, &sources, &count, error);
+	if (status == GNP_OK)
+		status = get(call, o, &cloud, pool, task, &entry, &found, error);
+	if (status == GNP_OK)
+		status = gnp_tensors_add(&response->outputs, outputs[0].name, GNP_FP64, 1, &cloud.count, &distance, error);
+	if (status == GNP_OK)
+		status = gnp_geodesic_distance(gnp_prepared_object(entry), sources, count, pool, task, distance->data, error);
+	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
+	if (status == GNP_OK)
+		status = add_report(found, count, o, &cloud, task, &response->parameters, error);
+	free(sources);
+	gnp_prepared_release(entry);
+	gnp_common_cloud_clear(&cloud);
+	return status;
+}
+
+const struct gnp_operation gnp_operation_geodesic = {
+	.name = "geodesic",
+	.help = "Distances along the surface of a cloud from a set of its points, by the heat method.",
+	.inputs = inputs,
+	.input_count = sizeof inputs / sizeof inputs[0],
+	.outputs = outputs,
+	.output_count = 1,
+	.parameters = parameters,
+	.parameter_count = sizeof parameters / sizeof parameters[0],
+	.defaults = defaults,
+	.resolve = gnp_equation_resolve,
+	.memory = memory,
+	.run = run,
+};
