@@ -92,7 +92,7 @@ void gnp_conformal_free(struct gnp_conformal *conformal)
 	free(conformal);
 }
 
-gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_conformal **out, struct gnp_error *error)
+gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_task *task, struct gnp_conformal **out, struct gnp_error *error)
 {
 	size_t count = start->count;
 	struct gnp_conformal *conformal = gnp_array_zero(1, sizeof *conformal);
@@ -106,7 +106,8 @@ gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_c
 		gnp_conformal_free(conformal);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
 	}
-	gnp_status status = gnp_stiffness_make(count, GNP_FLOW_EDGES, start->neighbor, start->weight, &conformal->stiffness, error);
+	gnp_status status = gnp_stiffness_make(count, GNP_FLOW_EDGES, start->neighbor, start->weight, task, &conformal->stiffness,
+	                                       error);
 	if (status != GNP_OK) {
 		gnp_conformal_free(conformal);
 		return status;

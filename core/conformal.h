@@ -8,8 +8,8 @@
 
 struct gnp_conformal;
 
-/* start: measured, with edges. Keeps nothing of it. */
-gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_conformal **out, struct gnp_error *error);
+/* start: measured, with edges. Keeps nothing of it. task may be NULL; polled. */
+gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_task *task, struct gnp_conformal **out, struct gnp_error *error);
 void gnp_conformal_free(struct gnp_conformal *conformal);
 
 /* Masses, normals and H of a state from the fans of triangles about its points; principal curvatures both become H. */

@@ -264,7 +264,7 @@ static gnp_status measure_start(struct flow *flow, struct gnp_error *error)
 	keep_model(flow);
 	flow->move.volume = flow->now.volume;
 	if (flow->options->scheme == GNP_FLOW_CONFORMAL)
-		status = gnp_conformal_create(&flow->now, &flow->conformal, error);
+		status = gnp_conformal_create(&flow->now, flow->task, &flow->conformal, error);
 	return status == GNP_OK ? record(flow, 0, &(struct gnp_flow_moved){0}, error) : status;
 }
 
