@@ -166,18 +166,21 @@ gnp_status gnp_conformal_measure(const struct gnp_conformal *conformal, struct g
 
 /* ---- The step ---- */
 
-/* Of the points as a surface with the state's masses: they change little within a step. */
+/* Of the points as a surface with the state's masses: they change little within a step. Held points stay. */
 static void scale_to(double volume, const struct gnp_flow_state *state, double *points, double now)
 {
-	double centre[3] = {0}, area = 0;
+	double centre[3] = {0}, area = 0, ratio = volume / now;
 	for (size_t i = 0; i < state->count; i++) {
 		area += state->area[i];
 		for (size_t c = 0; c < 3; c++)
 			centre[c] += state->area[i] * points[3 * i + c];
 	}
-	double scale = now > 0 ? cbrt(volume / now) : 1;
+	if (!(ratio > 0 && isfinite(ratio) && area > 0))
+		return;
+	double scale = cbrt(ratio);
 	for (size_t i = 0; i < 3 * state->count; i++)
-		points[i] = centre[i % 3] / area + scale * (points[i] - centre[i % 3] / area);
+		if (!state->fixed[i / 3])
+			points[i] = centre[i % 3] / area + scale * (points[i] - centre[i % 3] / area);
 }
 
 static double enclosed(const struct gnp_conformal *conformal, const double *points)
@@ -227,7 +230,7 @@ gnp_status gnp_conformal_step(const struct gnp_conformal *conformal, const struc
 	}
 	for (size_t i = 0; i < 3 * state->count; i++)
 		next->points[i] += state->points[i];
-	if (volume > 0)
+	if (volume != 0)
 		scale_to(volume, state, next->points, enclosed(conformal, next->points));
 	memcpy(next->normals, state->normals, 3 * state->count * sizeof *next->normals);
 	memcpy(next->index, state->index, state->count * sizeof *next->index);
