@@ -185,7 +185,8 @@ static gnp_status estimate(struct gnp_flow_state *state, const struct gnp_flow_r
 		*model = found.model;
 	status = set_lift(state, found.values[GNP_POINTS], error);
 	gnp_estimate_clear(&found);
-	keep_sides(state, carried);
+	if (status == GNP_OK)
+		keep_sides(state, carried);
 	free(carried);
 	return status;
 }
