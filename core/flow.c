@@ -196,6 +196,8 @@ static gnp_status advance(struct flow *flow, size_t step, bool *stopped, struct 
 	bool usable = false;
 	follow_spacing(flow);
 	gnp_status status = make_next(flow, &next, &moved, &usable, error);
+	if (status == GNP_OK)
+		status = gnp_task_check(flow->task, error); /* much of a step is serial, and so is sorting */
 	if (status == GNP_OK && usable)
 		status = sort_if_scattered(flow, &next, moved.inserted, error);
 	if (status == GNP_OK && usable)
