@@ -68,7 +68,8 @@ static double reach_squared(const struct polygon *polygon, size_t *farthest)
 	return most;
 }
 
-/* Neighbours in the plane of the cell: of one sheet and not at the centre. */
+/* Neighbours in the plane of the cell: of one sheet and not at the centre, or so near that the edge over the distance to them would
+ * drown all else in a stiffness. */
 struct plane {
 	size_t count;
 	double x[GNP_CELL_NEIGHBORS], y[GNP_CELL_NEIGHBORS];
@@ -80,14 +81,17 @@ static void project(const double *points, const double *normals, size_t centre, 
                     double tangents[2][3], struct plane *plane)
 {
 	enum { FEW = 6 };
+	static const double coincident = 1e-9; /* of the way to the farthest */
 	const double *o = points + 3 * centre, *normal = normals + 3 * centre;
+	const double *far = points + 3 * (size_t)(count ? index[count - 1] : centre), f[3] = {far[0] - o[0], far[1] - o[1], far[2] - o[2]};
+	double least = coincident * sqrt(gnp_dot(f, f));
 	plane->count = 0;
 	plane->nearest = plane->farthest = 0;
 	for (size_t j = 0; j < count && plane->count < GNP_CELL_NEIGHBORS; j++) {
 		const double *p = points + 3 * (size_t)index[j];
 		double d[3] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]}, x = gnp_dot(d, tangents[0]), y = gnp_dot(d, tangents[1]);
 		double r = sqrt(x * x + y * y), own = sqrt(gnp_dot(d, d));
-		if (index[j] == centre || !gnp_same_sheet(normal, normals + 3 * (size_t)index[j]) || !(r > 1e-3 * own))
+		if (index[j] == centre || !gnp_same_sheet(normal, normals + 3 * (size_t)index[j]) || !(r > 1e-3 * own) || own <= least)
 			continue;
 		plane->x[plane->count] = x;
 		plane->y[plane->count] = y;

@@ -31,7 +31,7 @@ struct gnp_cell {
 };
 
 /* The cell of points[centre]. normals (n, 3) unit; index (count): the nearest points ascending by distance, the centre itself or
- * points that coincide with it may be among them. tangents: two unit vectors that span the plane. */
+ * points that coincide with it (to a billionth of the way to the last) may be among them, and do not cut. tangents: two unit vectors that span the plane. */
 void gnp_cell_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
                    double tangents[2][3], struct gnp_cell *out);
 

@@ -92,7 +92,7 @@ void gnp_conformal_free(struct gnp_conformal *conformal)
 	free(conformal);
 }
 
-gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_conformal **out, struct gnp_error *error)
+gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_task *task, struct gnp_conformal **out, struct gnp_error *error)
 {
 	size_t count = start->count;
 	struct gnp_conformal *conformal = gnp_array_zero(1, sizeof *conformal);
@@ -106,7 +106,8 @@ gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_c
 		gnp_conformal_free(conformal);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
 	}
-	gnp_status status = gnp_stiffness_make(count, GNP_FLOW_EDGES, start->neighbor, start->weight, &conformal->stiffness, error);
+	gnp_status status = gnp_stiffness_make(count, GNP_FLOW_EDGES, start->neighbor, start->weight, task, &conformal->stiffness,
+	                                       error);
 	if (status != GNP_OK) {
 		gnp_conformal_free(conformal);
 		return status;
@@ -165,18 +166,21 @@ gnp_status gnp_conformal_measure(const struct gnp_conformal *conformal, struct g
 
 /* ---- The step ---- */
 
-/* Of the points as a surface with the state's masses: they change little within a step. */
+/* Of the points as a surface with the state's masses: they change little within a step. Held points stay. */
 static void scale_to(double volume, const struct gnp_flow_state *state, double *points, double now)
 {
-	double centre[3] = {0}, area = 0;
+	double centre[3] = {0}, area = 0, ratio = volume / now;
 	for (size_t i = 0; i < state->count; i++) {
 		area += state->area[i];
 		for (size_t c = 0; c < 3; c++)
 			centre[c] += state->area[i] * points[3 * i + c];
 	}
-	double scale = now > 0 ? cbrt(volume / now) : 1;
+	if (!(ratio > 0 && isfinite(ratio) && area > 0))
+		return;
+	double scale = cbrt(ratio);
 	for (size_t i = 0; i < 3 * state->count; i++)
-		points[i] = centre[i % 3] / area + scale * (points[i] - centre[i % 3] / area);
+		if (!state->fixed[i / 3])
+			points[i] = centre[i % 3] / area + scale * (points[i] - centre[i % 3] / area);
 }
 
 static double enclosed(const struct gnp_conformal *conformal, const double *points)
@@ -226,7 +230,7 @@ gnp_status gnp_conformal_step(const struct gnp_conformal *conformal, const struc
 	}
 	for (size_t i = 0; i < 3 * state->count; i++)
 		next->points[i] += state->points[i];
-	if (volume > 0)
+	if (volume != 0)
 		scale_to(volume, state, next->points, enclosed(conformal, next->points));
 	memcpy(next->normals, state->normals, 3 * state->count * sizeof *next->normals);
 	memcpy(next->index, state->index, state->count * sizeof *next->index);

@@ -20,10 +20,36 @@ void gnp_stiffness_clear(struct gnp_stiffness *stiffness)
 
 /* ---- Assembly ---- */
 
-/* Both directions of every edge, each with half its weight. */
-static void scatter(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_stiffness *s)
+enum { POLL = 8192 };
+
+/* Whether to stop at row i, and why. */
+static gnp_status poll(size_t i, struct gnp_task *task, struct gnp_error *error)
 {
-	for (size_t i = count; i-- > 0;)
+	return i % POLL == 0 ? gnp_task_check(task, error) : GNP_OK;
+}
+
+/* Entries of each row, in start[i + 1]; their sum in *entries. */
+static gnp_status count_entries(size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task, struct gnp_stiffness *s,
+                                size_t *entries, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	*entries = 0;
+	for (size_t i = 0; i < s->count && (status = poll(i, task, error)) == GNP_OK; i++)
+		for (size_t e = 0; e < edges; e++)
+			if (weight[i * edges + e] > 0) {
+				s->start[i + 1]++;
+				s->start[(size_t)neighbor[i * edges + e] + 1]++;
+				*entries += 2;
+			}
+	return status;
+}
+
+/* Both directions of every edge, each with half its weight. */
+static gnp_status scatter(size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task, struct gnp_stiffness *s,
+                          struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (size_t i = s->count; i-- > 0 && (status = poll(i, task, error)) == GNP_OK;)
 		for (size_t e = 0; e < edges; e++) {
 			size_t j = neighbor[i * edges + e];
 			double half = (double)weight[i * edges + e] / 2;
@@ -35,6 +61,7 @@ static void scatter(size_t count, size_t edges, const uint32_t *neighbor, const 
 			s->column[there] = (uint32_t)i;
 			s->value[there] = half;
 		}
+	return status;
 }
 
 static void sort_row(uint32_t *column, double *value, size_t count)
@@ -53,10 +80,11 @@ static void sort_row(uint32_t *column, double *value, size_t count)
 }
 
 /* Sorts each row, adds up entries of one column and closes the gaps. begin of row i is start[i + 1] before, start[i] after. */
-static void compress(size_t entries, struct gnp_stiffness *s)
+static gnp_status compress(size_t entries, struct gnp_task *task, struct gnp_stiffness *s, struct gnp_error *error)
 {
 	size_t made = 0;
-	for (size_t i = 0; i < s->count; i++) {
+	gnp_status status = GNP_OK;
+	for (size_t i = 0; i < s->count && (status = poll(i, task, error)) == GNP_OK; i++) {
 		size_t begin = s->start[i + 1], end = i + 1 < s->count ? s->start[i + 2] : entries;
 		sort_row(s->column + begin, s->value + begin, end - begin);
 		s->start[i] = made;
@@ -72,32 +100,37 @@ static void compress(size_t entries, struct gnp_stiffness *s)
 		}
 	}
 	s->start[s->count] = made;
+	return status;
 }
 
-gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_stiffness *out,
-                              struct gnp_error *error)
+static gnp_status no_memory(size_t count, struct gnp_error *error)
+{
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "diffusion: no memory for %zu points", count);
+}
+
+gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task,
+                              struct gnp_stiffness *out, struct gnp_error *error)
 {
 	struct gnp_stiffness s = {.count = count, .start = gnp_array_zero(count + 1, sizeof *s.start),
 	                          .diagonal = gnp_array_new(count, sizeof *s.diagonal)};
 	size_t entries = 0;
-	for (size_t at = 0; s.start && at < count * edges; at++)
-		if (weight[at] > 0) {
-			s.start[at / edges + 1]++;
-			s.start[(size_t)neighbor[at] + 1]++;
-			entries += 2;
-		}
-	s.column = gnp_array_new(entries, sizeof *s.column);
-	s.value = gnp_array_new(entries, sizeof *s.value);
-	if (!s.start || !s.diagonal || !s.column || !s.value) {
-		gnp_stiffness_clear(&s);
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "diffusion: no memory for %zu points", count);
+	gnp_status status = s.start && s.diagonal ? count_entries(edges, neighbor, weight, task, &s, &entries, error) : no_memory(count, error);
+	if (status == GNP_OK) {
+		s.column = gnp_array_new(entries, sizeof *s.column);
+		s.value = gnp_array_new(entries, sizeof *s.value);
+		status = s.column && s.value ? GNP_OK : no_memory(count, error);
 	}
-	for (size_t i = 0; i < count; i++)
+	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		s.start[i + 1] += s.start[i]; /* ends of rows, which scatter moves to their begins */
-	scatter(count, edges, neighbor, weight, &s);
-	compress(entries, &s);
-	*out = s;
-	return GNP_OK;
+	if (status == GNP_OK)
+		status = scatter(edges, neighbor, weight, task, &s, error);
+	if (status == GNP_OK)
+		status = compress(entries, task, &s, error);
+	if (status == GNP_OK)
+		*out = s;
+	else
+		gnp_stiffness_clear(&s);
+	return status;
 }
 
 /* ---- Conjugate gradients ---- */
@@ -188,12 +221,19 @@ static gnp_status sweep(struct work *w, gnp_chunk_fn fn, struct gnp_pool *pool, 
 	return status;
 }
 
+static bool is_small(const struct work *w, const double limit[3])
+{
+	return w->sums[3] <= limit[0] && w->sums[4] <= limit[1] && w->sums[5] <= limit[2];
+}
+
 static gnp_status iterate(struct work *w, const double limit[3], struct gnp_pool *pool, struct gnp_task *task, size_t *iterations,
                           struct gnp_error *error)
 {
 	double rz[3] = {w->sums[0], w->sums[1], w->sums[2]};
 	gnp_status status = GNP_OK;
-	for (*iterations = 0; w->sums[3] > limit[0] || w->sums[4] > limit[1] || w->sums[5] > limit[2]; ++*iterations) {
+	for (*iterations = 0; !is_small(w, limit); ++*iterations) {
+		if (!isfinite(w->sums[3] + w->sums[4] + w->sums[5]))
+			return gnp_error_set(error, GNP_NO_CONVERGENCE, "diffusion: the residual after %zu iterations is not finite", *iterations);
 		if (*iterations == ITERATIONS_MAX)
 			return gnp_error_set(error, GNP_NO_CONVERGENCE, "diffusion: %d iterations left a relative residual of %.1e, need %.0e",
 			                     ITERATIONS_MAX, sqrt(fmax(fmax(w->sums[3] / limit[0], w->sums[4] / limit[1]), w->sums[5] / limit[2])) * tolerance,
@@ -215,17 +255,31 @@ static gnp_status iterate(struct work *w, const double limit[3], struct gnp_pool
 	return GNP_OK;
 }
 
+/* The power of two about the largest right-hand side, which is divided out: squares of its residuals would not be numbers for clouds of
+ * large or small units. Where a right-hand side is 0 altogether, so is the solution. */
+static double unit_of(const struct gnp_diffusion *d, const double *rhs, double *x)
+{
+	double most[3] = {0};
+	int exponent;
+	for (size_t i = 0; i < 3 * d->stiffness->count; i++)
+		most[i % 3] = fmax(most[i % 3], is_fixed(d, i / 3) ? 0 : fabs(rhs[i]));
+	for (size_t i = 0; i < 3 * d->stiffness->count; i++)
+		x[i] = most[i % 3] > 0 ? x[i] : 0;
+	frexp(fmax(fmax(most[0], most[1]), most[2]), &exponent);
+	return ldexp(1, exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent);
+}
+
 /* The residual of the guess, in r; x is kept zero where it is given. */
-static gnp_status begin(struct work *w, const double *rhs, double limit[3], struct gnp_pool *pool, struct gnp_task *task,
+static gnp_status begin(struct work *w, const double *rhs, double unit, double limit[3], struct gnp_pool *pool, struct gnp_task *task,
                         struct gnp_error *error)
 {
 	size_t count = w->d->stiffness->count;
 	for (size_t i = 0; i < 3 * count; i++)
-		w->p[i] = w->x[i] = is_fixed(w->d, i / 3) ? 0 : w->x[i];
+		w->p[i] = w->x[i] = is_fixed(w->d, i / 3) ? 0 : w->x[i] / unit;
 	gnp_status status = sweep(w, multiply_chunk, pool, task, error);
 	limit[0] = limit[1] = limit[2] = 0;
 	for (size_t i = 0; i < 3 * count; i++) {
-		double b = is_fixed(w->d, i / 3) ? 0 : rhs[i];
+		double b = is_fixed(w->d, i / 3) ? 0 : rhs[i] / unit;
 		w->r[i] = b;
 		limit[i % 3] += tolerance * tolerance * b * b;
 	}
@@ -246,12 +300,12 @@ gnp_status gnp_diffusion_solve(const struct gnp_diffusion *diffusion, const doub
 	struct work w = {.d = diffusion, .x = x, .r = gnp_array_new(count, 3 * sizeof(double)), .p = gnp_array_new(count, 3 * sizeof(double)),
 	                 .q = gnp_array_new(count, 3 * sizeof(double)),
 	                 .partial = gnp_array_new((count + CHUNK - 1) / CHUNK, 6 * sizeof(double))};
-	double limit[3];
-	gnp_status status = w.r && w.p && w.q && w.partial
-	                            ? begin(&w, rhs, limit, pool, task, error)
-	                            : gnp_error_set(error, GNP_OUT_OF_MEMORY, "diffusion: no memory for %zu points", count);
+	double limit[3], unit = unit_of(diffusion, rhs, x);
+	gnp_status status = w.r && w.p && w.q && w.partial ? begin(&w, rhs, unit, limit, pool, task, error) : no_memory(count, error);
 	if (status == GNP_OK)
 		status = iterate(&w, limit, pool, task, iterations, error);
+	for (size_t i = 0; i < 3 * count && status == GNP_OK; i++)
+		x[i] *= unit;
 	free(w.r);
 	free(w.p);
 	free(w.q);

@@ -19,9 +19,9 @@ struct gnp_stiffness {
 };
 
 /* neighbor, weight (count, edges): across each edge of a point's cell, edge length over distance, 0 past the last one. Cells of two points
- * are cut in two planes and differ a little: s is the mean of both, a cell that lacks the edge counting 0. */
-gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_stiffness *out,
-                              struct gnp_error *error);
+ * are cut in two planes and differ a little: s is the mean of both, a cell that lacks the edge counting 0. task may be NULL; polled. */
+gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task,
+                              struct gnp_stiffness *out, struct gnp_error *error);
 void gnp_stiffness_clear(struct gnp_stiffness *stiffness);
 
 struct gnp_diffusion {
@@ -35,8 +35,9 @@ struct gnp_diffusion {
 gnp_status gnp_stiffness_apply(const struct gnp_stiffness *stiffness, const double *in, double *out, struct gnp_pool *pool,
                                struct gnp_task *task, struct gnp_error *error);
 
-/* Solves for three right-hand sides (count, 3) at once by conjugate gradients, diagonally scaled, to a relative residual of 1e-10. x
- * (count, 3): a guess in, the solution out; undefined on failure (GNP_NO_CONVERGENCE after 5,000 iterations, GNP_CANCELLED). Deterministic for any worker count. */
+/* Solves for three right-hand sides (count, 3) at once by conjugate gradients, diagonally scaled, to a relative residual of 1e-10 each. x
+ * (count, 3): a guess in, the solution out; undefined on failure (GNP_NO_CONVERGENCE after 5,000 iterations or where numbers are not
+ * finite, GNP_CANCELLED). Deterministic for any worker count. */
 gnp_status gnp_diffusion_solve(const struct gnp_diffusion *diffusion, const double *rhs, double *x, struct gnp_pool *pool,
                                struct gnp_task *task, size_t *iterations, struct gnp_error *error);
 

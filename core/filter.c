@@ -388,7 +388,7 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
 size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options)
 {
 	/* the result; the cloud made ready, strays' neighbours; areas and a copy of the points when projecting */
-	enum { RESULT = 62, READY = 160, STRAYS = 17 * 8 + 26, PROJECTED = 32 };
+	enum { RESULT = 62, READY = 160, STRAYS = 17 * 4 + 26, PROJECTED = 32 };
 	struct gnp_estimate_options estimate = options->estimate;
 	estimate.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	estimate.if_offered = GNP_QUANTITY_BIT(GNP_OUTLIER);

@@ -196,6 +196,8 @@ static gnp_status advance(struct flow *flow, size_t step, bool *stopped, struct 
 	bool usable = false;
 	follow_spacing(flow);
 	gnp_status status = make_next(flow, &next, &moved, &usable, error);
+	if (status == GNP_OK)
+		status = gnp_task_check(flow->task, error); /* much of a step is serial, and so is sorting */
 	if (status == GNP_OK && usable)
 		status = sort_if_scattered(flow, &next, moved.inserted, error);
 	if (status == GNP_OK && usable)
@@ -264,7 +266,7 @@ static gnp_status measure_start(struct flow *flow, struct gnp_error *error)
 	keep_model(flow);
 	flow->move.volume = flow->now.volume;
 	if (flow->options->scheme == GNP_FLOW_CONFORMAL)
-		status = gnp_conformal_create(&flow->now, &flow->conformal, error);
+		status = gnp_conformal_create(&flow->now, flow->task, &flow->conformal, error);
 	return status == GNP_OK ? record(flow, 0, &(struct gnp_flow_moved){0}, error) : status;
 }
 

@@ -185,7 +185,8 @@ static gnp_status estimate(struct gnp_flow_state *state, const struct gnp_flow_r
 		*model = found.model;
 	status = set_lift(state, found.values[GNP_POINTS], error);
 	gnp_estimate_clear(&found);
-	keep_sides(state, carried);
+	if (status == GNP_OK)
+		keep_sides(state, carried);
 	free(carried);
 	return status;
 }
@@ -373,7 +374,11 @@ static gnp_status measure(struct gnp_flow_state *state, const struct gnp_flow_ru
                           struct gnp_error *error)
 {
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, 0);
-	gnp_status status = gnp_neighbors_build(state->points, state->count, &prepared->neighbors, error);
+	gnp_status status = gnp_task_check(task, error);
+	if (status == GNP_OK)
+		status = gnp_neighbors_build(state->points, state->count, &prepared->neighbors, error);
+	if (status == GNP_OK)
+		status = gnp_task_check(task, error);
 	if (status == GNP_OK)
 		status = estimate(state, rule, prepared, pool, task, model, error);
 	*finite = status == GNP_OK && all_finite(state);

@@ -52,7 +52,7 @@ static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double 
 	struct gnp_stiffness stiffness = {0};
 	size_t iterations;
 	double *rhs = gnp_array_new(state->count, 3 * sizeof *rhs);
-	gnp_status status = rhs ? gnp_stiffness_make(state->count, GNP_FLOW_EDGES, state->neighbor, state->weight, &stiffness, error)
+	gnp_status status = rhs ? gnp_stiffness_make(state->count, GNP_FLOW_EDGES, state->neighbor, state->weight, task, &stiffness, error)
 	                        : no_memory(state->count, error);
 	for (size_t i = 0; status == GNP_OK && i < 3 * state->count; i++)
 		rhs[i] = state->area[i / 3] * d[i];

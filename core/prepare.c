@@ -44,11 +44,14 @@ static gnp_status fill_points(const struct gnp_cloud *cloud, struct gnp_task *ta
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "points: no memory for %zu", n);
 	gnp_task_stage(task, GNP_STAGE_ORDER, 0);
 	gnp_status status = gnp_order_compute(cloud->points, n, prepared->order, error);
+	if (status == GNP_OK)
+		status = gnp_task_check(task, error); /* neither sorting nor indexing looks */
 	if (status != GNP_OK)
 		return status;
 	gather_points(prepared, cloud);
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, 0);
-	return gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
+	status = gnp_neighbors_build(prepared->points, n, &prepared->neighbors, error);
+	return status == GNP_OK ? gnp_task_check(task, error) : status;
 }
 
 static gnp_status fill_normals(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *prepared,

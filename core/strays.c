@@ -8,8 +8,10 @@
 #include "memory.h"
 #include "pca.h"
 #include "select.h"
+#include "vector.h"
 
 static const double SCATTERED = 0.1; /* mean share of the least variance that no surface has */
+static const double AWAY_MOST = 1e100; /* finite where a spacing is next to nothing */
 
 enum { NEAR = 17 /* the point itself and 16 more */, SIXTH = 6, POINTS_A_CHUNK = 512 };
 
@@ -18,9 +20,8 @@ struct work {
 	double link;
 	size_t near;       /* NEAR, or all points of a smaller cloud */
 	uint32_t *index;   /* (count, near) */
-	float *distance;   /* (count, near) */
-	double *own;       /* (count) spacing by the sixth neighbour: six share a disk of its distance */
-	double *spacing;   /* (count) its median over the neighbours */
+	double *own;       /* (count) spacing by the sixth neighbour, or the first after it that is elsewhere: six share a disk of its distance */
+	double *spacing;   /* (count) its median over the neighbours; 0: all of them are at one place */
 	double *bulk;      /* (count) the least variance of the neighbours over the sum of all three */
 	const struct gnp_neighbors *rest; /* those that are none */
 	const double *places;             /* (strays, 3) */
@@ -38,9 +39,10 @@ static gnp_status search_chunk(void *context, size_t begin, size_t end, struct g
 	                                      work->index + begin * near, distance, scratch, error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
 		const double *row = distance + (i - begin) * near;
-		for (size_t j = 0; j < near; j++)
-			work->distance[i * near + j] = (float)row[j];
-		work->own[i] = row[near > SIXTH ? SIXTH : near - 1] / sqrt(SIXTH / acos(-1));
+		size_t sixth = near > SIXTH ? SIXTH : near - 1;
+		while (sixth + 1 < near && !(row[sixth] > 0))
+			sixth++;
+		work->own[i] = row[sixth] / sqrt(SIXTH / acos(-1));
 	}
 	return status;
 }
@@ -54,12 +56,29 @@ static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct g
 		struct gnp_pca pca;
 		gnp_pca_fit(work->prepared->points, work->index + i * work->near, work->near, &pca);
 		double sum = pca.values[0] + pca.values[1] + pca.values[2];
+		size_t known = 0;
 		work->bulk[i] = sum > 0 ? pca.values[2] / sum : 0;
-		for (size_t j = 0; j < work->near; j++)
-			values[j] = work->own[work->index[i * work->near + j]];
-		work->spacing[i] = gnp_median(values, work->near);
+		for (size_t j = 0; j < work->near; j++) {
+			values[known] = work->own[work->index[i * work->near + j]];
+			known += values[known] > 0;
+		}
+		work->spacing[i] = gnp_median(values, known);
 	}
 	return GNP_OK;
+}
+
+/* The smaller spacing of two points that has one. */
+static double lesser_spacing(const struct work *work, size_t a, size_t b)
+{
+	double x = work->spacing[a], y = work->spacing[b];
+	return x > 0 && y > 0 ? fmin(x, y) : fmax(x, y);
+}
+
+static double distance_of(const struct work *work, size_t a, size_t b)
+{
+	const double *p = work->prepared->points + 3 * a, *q = work->prepared->points + 3 * b;
+	const double d[3] = {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
+	return sqrt(gnp_dot(d, d));
 }
 
 /* Joins linked points; polled. */
@@ -70,7 +89,7 @@ static gnp_status link_points(const struct work *work, struct gnp_forest *forest
 	for (size_t i = 0; i < work->prepared->count && status == GNP_OK; i++) {
 		for (size_t j = 0; j < work->near; j++) {
 			size_t other = work->index[i * work->near + j];
-			if ((double)work->distance[i * work->near + j] <= work->link * fmin(work->spacing[i], work->spacing[other]))
+			if (distance_of(work, i, other) <= work->link * lesser_spacing(work, i, other))
 				gnp_forest_join(forest, (uint32_t)i, (uint32_t)other, false, SIZE_MAX);
 		}
 		if (i % POLL == 0)
@@ -146,7 +165,7 @@ static gnp_status measure_gaps(struct work *work, const unsigned char *stray, si
 		status = gnp_pool_run(pool, task, strays, POINTS_A_CHUNK, gap_chunk, work, error);
 	at = 0;
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		away[i] = stray[i] ? gap[at++] / fmax(work->spacing[i], 1e-300) : 0;
+		away[i] = stray[i] ? fmin(gap[at++] / fmax(work->spacing[i], 1e-300), AWAY_MOST) : 0;
 	gnp_neighbors_free(tree);
 	free(rest);
 	free(places);
@@ -159,9 +178,9 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 {
 	size_t count = prepared->count, near = NEAR < count ? NEAR : count;
 	struct work work = {.prepared = prepared, .link = link, .near = near, .index = gnp_array_new(count, near * sizeof *work.index),
-	                    .distance = gnp_array_new(count, near * sizeof *work.distance), .own = gnp_array_new(count, sizeof *work.own),
-	                    .spacing = gnp_array_new(count, sizeof *work.spacing), .bulk = gnp_array_new(count, sizeof *work.bulk)};
-	gnp_status status = work.index && work.distance && work.own && work.spacing && work.bulk
+	                    .own = gnp_array_new(count, sizeof *work.own), .spacing = gnp_array_new(count, sizeof *work.spacing),
+	                    .bulk = gnp_array_new(count, sizeof *work.bulk)};
+	gnp_status status = work.index && work.own && work.spacing && work.bulk
 	                            ? GNP_OK
 	                            : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
 	if (status == GNP_OK)
@@ -175,7 +194,6 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 	else if (status == GNP_OK)
 		memset(away, 0, count * sizeof *away);
 	free(work.index);
-	free(work.distance);
 	free(work.own);
 	free(work.spacing);
 	free(work.bulk);

@@ -1,5 +1,8 @@
 #include "diffusion.h"
 
+#include <pthread.h>
+#include <time.h>
+
 #include "cell.h"
 #include "neighbors.h"
 #include "random.h"
@@ -39,7 +42,7 @@ static void dense(const uint32_t *neighbor, const float *weight, double *matrix)
 static struct gnp_stiffness made(const uint32_t *neighbor, const float *weight)
 {
 	struct gnp_stiffness s;
-	CHECK(gnp_stiffness_make(COUNT, EDGES, neighbor, weight, &s, NULL) == GNP_OK);
+	CHECK(gnp_stiffness_make(COUNT, EDGES, neighbor, weight, NULL, &s, NULL) == GNP_OK);
 	return s;
 }
 
@@ -112,6 +115,152 @@ static void solution_solves_and_holds_what_is_fixed(void)
 	gnp_stiffness_clear(&s);
 }
 
+/* Gauss's elimination, with the largest pivot: x (COUNT, 3) in, the solution out. */
+static void eliminate(double *matrix, double *x)
+{
+	for (size_t k = 0; k < COUNT; k++) {
+		size_t pivot = k;
+		for (size_t i = k; i < COUNT; i++)
+			pivot = fabs(matrix[i * COUNT + k]) > fabs(matrix[pivot * COUNT + k]) ? i : pivot;
+		for (size_t j = 0; j < COUNT + 3; j++) {
+			double *a = j < COUNT ? matrix + k * COUNT + j : x + 3 * k + j - COUNT, *b = j < COUNT ? matrix + pivot * COUNT + j : x + 3 * pivot + j - COUNT;
+			double swap = *a;
+			*a = *b;
+			*b = swap;
+		}
+		for (size_t i = 0; i < COUNT; i++) {
+			double times = matrix[i * COUNT + k] / matrix[k * COUNT + k];
+			for (size_t j = k; j < COUNT && i != k; j++)
+				matrix[i * COUNT + j] -= times * matrix[k * COUNT + j];
+			for (size_t c = 0; c < 3 && i != k; c++)
+				x[3 * i + c] -= times * x[3 * k + c];
+		}
+	}
+	for (size_t i = 0; i < 3 * COUNT; i++)
+		x[i] /= matrix[i / 3 * COUNT + i / 3];
+}
+
+static void solution_is_that_of_elimination(void)
+{
+	uint32_t neighbor[COUNT * EDGES];
+	float weight[COUNT * EDGES];
+	static double matrix[COUNT * COUNT];
+	double mass[COUNT], rhs[3 * COUNT], x[3 * COUNT], want[3 * COUNT];
+	unsigned char fixed[COUNT] = {0};
+	size_t iterations;
+	static const double factors[] = {0, 1e-3, 1, 1e4};
+	ring(neighbor, weight);
+	struct gnp_stiffness s = made(neighbor, weight);
+	fill(rhs, 3 * COUNT, 5);
+	fixed[0] = fixed[33] = 1;
+	for (size_t f = 0; f < 4; f++) {
+		dense(neighbor, weight, matrix);
+		for (size_t i = 0; i < COUNT * COUNT; i++)
+			matrix[i] *= factors[f];
+		for (size_t i = 0; i < COUNT; i++) {
+			mass[i] = 0.1 * (double)(1 + i % 7);
+			matrix[i * COUNT + i] += mass[i];
+			for (size_t j = 0; j < COUNT && fixed[i]; j++)
+				matrix[i * COUNT + j] = i == j;
+		}
+		for (size_t i = 0; i < 3 * COUNT; i++)
+			want[i] = fixed[i / 3] ? 0 : rhs[i];
+		eliminate(matrix, want);
+		memset(x, 0, sizeof x);
+		CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, factors[f], fixed}, rhs, x, pool, NULL, &iterations, NULL) == GNP_OK);
+		for (size_t i = 0; i < 3 * COUNT; i++)
+			CHECK_NEAR(x[i], want[i], 1e-8);
+	}
+	gnp_stiffness_clear(&s);
+}
+
+/* Squares of residuals overflowed from lengths of 1e51 on and vanished below 1e-45: the guess was the answer. */
+static void units_do_not_matter(void)
+{
+	uint32_t neighbor[COUNT * EDGES];
+	float weight[COUNT * EDGES];
+	double mass[COUNT], rhs[3 * COUNT], x[3 * COUNT], first[3 * COUNT], scaled[3 * COUNT];
+	size_t iterations, same = 0;
+	ring(neighbor, weight);
+	struct gnp_stiffness s = made(neighbor, weight);
+	fill(rhs, 3 * COUNT, 6);
+	for (int power = 0; power <= 300; power = power > 0 ? -power : 100 - power) {
+		double unit = ldexp(1, power); /* of length: masses go with its square, right-hand sides with its cube */
+		for (size_t i = 0; i < COUNT; i++)
+			mass[i] = 0.1 * (double)(1 + i % 7) * unit * unit;
+		for (size_t i = 0; i < 3 * COUNT; i++)
+			scaled[i] = rhs[i] * unit * unit * unit;
+		memset(x, 0, sizeof x);
+		CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 2 * unit * unit, NULL}, scaled, x, pool, NULL, &iterations, NULL) == GNP_OK);
+		if (power == 0)
+			memcpy(first, x, sizeof x);
+		for (size_t i = 0; i < 3 * COUNT; i++)
+			same += x[i] == first[i] * unit;
+	}
+	CHECK(same == 7 * 3 * COUNT);
+	gnp_stiffness_clear(&s);
+}
+
+static void nothing_diffuses_to_nothing(void)
+{
+	uint32_t neighbor[COUNT * EDGES];
+	float weight[COUNT * EDGES];
+	double mass[COUNT], rhs[3 * COUNT] = {0}, x[3 * COUNT];
+	size_t iterations;
+	ring(neighbor, weight);
+	struct gnp_stiffness s = made(neighbor, weight);
+	for (size_t i = 0; i < COUNT; i++)
+		mass[i] = 1;
+	fill(x, 3 * COUNT, 7);
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 2, NULL}, rhs, x, pool, NULL, &iterations, NULL) == GNP_OK);
+	CHECK(iterations == 0 && x[0] == 0 && x[3 * COUNT - 1] == 0);
+	for (size_t i = 0; i < COUNT; i++)
+		rhs[3 * i + 1] = 1;
+	fill(x, 3 * COUNT, 7);
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 2, NULL}, rhs, x, pool, NULL, &iterations, NULL) == GNP_OK);
+	for (size_t i = 0; i < COUNT; i++) {
+		CHECK(x[3 * i] == 0 && x[3 * i + 2] == 0);
+		CHECK_NEAR(x[3 * i + 1], 1, 1e-9);
+	}
+	gnp_stiffness_clear(&s);
+}
+
+/* NaN is not above a limit: the answer was taken for good. */
+static void numbers_that_are_none_do_not_converge(void)
+{
+	uint32_t neighbor[COUNT * EDGES];
+	float weight[COUNT * EDGES];
+	double mass[COUNT], rhs[3 * COUNT], x[3 * COUNT] = {0};
+	size_t iterations;
+	struct gnp_error error = {0};
+	ring(neighbor, weight);
+	weight[5] = INFINITY;
+	struct gnp_stiffness s = made(neighbor, weight);
+	fill(rhs, 3 * COUNT, 8);
+	for (size_t i = 0; i < COUNT; i++)
+		mass[i] = 1;
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 2, NULL}, rhs, x, pool, NULL, &iterations, &error) == GNP_NO_CONVERGENCE);
+	CHECK_CONTAINS(error.text, "diffusion: the residual after ");
+	gnp_stiffness_clear(&s);
+}
+
+static void points_without_edges_keep_to_themselves(void)
+{
+	uint32_t neighbor[COUNT * EDGES] = {0};
+	float weight[COUNT * EDGES] = {0};
+	double mass[COUNT], rhs[3 * COUNT], x[3 * COUNT] = {0};
+	size_t iterations;
+	struct gnp_stiffness s = made(neighbor, weight);
+	fill(rhs, 3 * COUNT, 9);
+	for (size_t i = 0; i < COUNT; i++)
+		mass[i] = 4;
+	CHECK(s.start[COUNT] == 0);
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 2, NULL}, rhs, x, pool, NULL, &iterations, NULL) == GNP_OK);
+	for (size_t i = 0; i < 3 * COUNT; i++)
+		CHECK_NEAR(x[i], rhs[i] / 4, 1e-9);
+	gnp_stiffness_clear(&s);
+}
+
 static void bytes_do_not_depend_on_workers(void)
 {
 	enum { MANY = 20000 };
@@ -126,7 +275,7 @@ static void bytes_do_not_depend_on_workers(void)
 		mass[i / EDGES] = 1;
 	}
 	fill(rhs, 3 * MANY, 4);
-	CHECK(gnp_stiffness_make(MANY, EDGES, neighbor, weight, &s, NULL) == GNP_OK);
+	CHECK(gnp_stiffness_make(MANY, EDGES, neighbor, weight, NULL, &s, NULL) == GNP_OK);
 	for (unsigned run = 0; run < 2; run++) {
 		struct gnp_pool *own;
 		size_t iterations;
@@ -149,7 +298,7 @@ static void cells_of_a_sphere_have_its_laplacian(void)
 {
 	enum { POINTS = 6000, ROW = 16 };
 	double *points = malloc(3 * POINTS * sizeof *points), *u = calloc(3 * POINTS, sizeof *u), *su = malloc(3 * POINTS * sizeof *su);
-	double *area = malloc(POINTS * sizeof *area);
+	double *area = malloc(POINTS * sizeof *area), *x = malloc(3 * POINTS * sizeof *x);
 	uint32_t *neighbor = calloc(POINTS * ROW, sizeof *neighbor);
 	float *weight = calloc(POINTS * ROW, sizeof *weight);
 	struct gnp_neighbors *tree;
@@ -175,7 +324,7 @@ static void cells_of_a_sphere_have_its_laplacian(void)
 			weight[ROW * i + e] = (float)cell.weight[e];
 		}
 	}
-	CHECK(gnp_stiffness_make(POINTS, ROW, neighbor, weight, &s, NULL) == GNP_OK);
+	CHECK(gnp_stiffness_make(POINTS, ROW, neighbor, weight, NULL, &s, NULL) == GNP_OK);
 	CHECK(gnp_stiffness_apply(&s, u, su, pool, NULL, NULL) == GNP_OK);
 	double top[2] = {0}, bottom[2] = {0}; /* Rayleigh quotients */
 	for (size_t i = 0; i < POINTS; i++)
@@ -185,6 +334,19 @@ static void cells_of_a_sphere_have_its_laplacian(void)
 		}
 	CHECK_NEAR(top[0] / bottom[0], 2, 0.01);
 	CHECK_NEAR(top[1] / bottom[1], 6, 0.03);
+	/* an implicit step divides them by 1 + c l (l + 1) */
+	double c = 0.3, worst[2] = {0};
+	size_t iterations;
+	for (size_t i = 0; i < 3 * POINTS; i++) {
+		su[i] = area[i / 3] * u[i];
+		x[i] = u[i];
+	}
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, area, c, NULL}, su, x, pool, NULL, &iterations, NULL) == GNP_OK);
+	for (size_t i = 0; i < 3 * POINTS; i++)
+		if (i % 3 < 2)
+			worst[i % 3] = fmax(worst[i % 3], fabs(x[i] - u[i] / (1 + c * (i % 3 ? 6 : 2))));
+	CHECK_AT_MOST(worst[0], 0.003);
+	CHECK_AT_MOST(worst[1], 0.003);
 	gnp_stiffness_clear(&s);
 	gnp_neighbors_free(tree);
 	gnp_scratch_free(scratch);
@@ -192,32 +354,65 @@ static void cells_of_a_sphere_have_its_laplacian(void)
 	free(u);
 	free(su);
 	free(area);
+	free(x);
 	free(neighbor);
 	free(weight);
 }
 
-static void solving_is_cancelled(void)
+static void *cancel_later(void *task)
 {
-	uint32_t neighbor[COUNT * EDGES];
-	float weight[COUNT * EDGES];
-	double mass[COUNT], rhs[3 * COUNT] = {1}, x[3 * COUNT] = {0};
+	nanosleep(&(struct timespec){.tv_nsec = 30000000}, NULL);
+	gnp_task_cancel(task);
+	return NULL;
+}
+
+/* A ring of as many points as need far more iterations than there is time for. */
+static void making_and_solving_are_cancelled(void)
+{
+	enum { MANY = 40000 };
+	uint32_t *neighbor = malloc(MANY * 2 * sizeof *neighbor);
+	float *weight = malloc(MANY * 2 * sizeof *weight);
+	double *mass = malloc(MANY * sizeof *mass), *rhs = malloc(3 * MANY * sizeof *rhs), *x = calloc(3 * MANY, sizeof *x);
 	size_t iterations;
 	struct gnp_task task;
-	ring(neighbor, weight);
-	struct gnp_stiffness s = made(neighbor, weight);
-	for (size_t i = 0; i < COUNT; i++)
-		mass[i] = 1;
+	struct gnp_stiffness s;
+	pthread_t thread;
+	for (size_t i = 0; i < 2 * MANY; i++) {
+		neighbor[i] = (uint32_t)((i / 2 + (i % 2 ? 1 : MANY - 1)) % MANY);
+		weight[i] = 1;
+		mass[i / 2] = 1;
+	}
+	fill(rhs, 3 * MANY, 10);
 	gnp_task_init(&task);
-	gnp_task_cancel(&task);
-	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 3, NULL}, rhs, x, pool, &task, &iterations, NULL) == GNP_CANCELLED);
+	CHECK(gnp_stiffness_make(MANY, 2, neighbor, weight, &task, &s, NULL) == GNP_OK);
+	CHECK(pthread_create(&thread, NULL, cancel_later, &task) == 0);
+	double begun = gnp_clock();
+	CHECK(gnp_diffusion_solve(&(struct gnp_diffusion){&s, mass, 1e12, NULL}, rhs, x, pool, &task, &iterations, NULL) == GNP_CANCELLED);
+	CHECK_AT_MOST(gnp_clock() - begun, 2);
+	pthread_join(thread, NULL);
 	gnp_stiffness_clear(&s);
+	struct gnp_stiffness unchanged = s;
+	CHECK(gnp_stiffness_make(MANY, 2, neighbor, weight, &task, &s, NULL) == GNP_CANCELLED);
+	CHECK(memcmp(&s, &unchanged, sizeof s) == 0);
+	free(neighbor);
+	free(weight);
+	free(mass);
+	free(rhs);
+	free(x);
 }
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(stiffness_is_the_dense_one), TEST(solution_solves_and_holds_what_is_fixed),
-	                                    TEST(bytes_do_not_depend_on_workers), TEST(cells_of_a_sphere_have_its_laplacian),
-	                                    TEST(solving_is_cancelled)};
+	static const struct test tests[] = {TEST(stiffness_is_the_dense_one),
+	                                    TEST(solution_solves_and_holds_what_is_fixed),
+	                                    TEST(solution_is_that_of_elimination),
+	                                    TEST(units_do_not_matter),
+	                                    TEST(nothing_diffuses_to_nothing),
+	                                    TEST(numbers_that_are_none_do_not_converge),
+	                                    TEST(points_without_edges_keep_to_themselves),
+	                                    TEST(bytes_do_not_depend_on_workers),
+	                                    TEST(cells_of_a_sphere_have_its_laplacian),
+	                                    TEST(making_and_solving_are_cancelled)};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
 	int failed = RUN_TESTS(tests);
 	gnp_pool_free(pool);
