@@ -54,7 +54,7 @@ gnp_status gnp_volume_stiffness(const struct gnp_prepared *prepared, struct gnp_
 	                        ? gnp_pool_run(pool, task, count, POINTS_A_CHUNK, cells_chunk, &work, error)
 	                        : gnp_error_set(error, GNP_OUT_OF_MEMORY, "volumes: no memory for the cells of %zu points", count);
 	if (status == GNP_OK)
-		status = gnp_stiffness_make(count, EDGES, work.neighbor, work.weight, out, error);
+		status = gnp_stiffness_make(count, EDGES, work.neighbor, work.weight, task, out, error);
 	free(work.neighbor);
 	free(work.weight);
 	return status;
