@@ -36,7 +36,7 @@ static void print_help(void)
 	for (size_t i = 0; i < COMMANDS; i++)
 		printf("  %-10s %s\n", commands[i]->name, commands[i]->help);
 	puts("\nFormats go by the file's extension or --format: ply, npy, npz, xyz, json; also read: pcd, obj; also\n"
-	     "written: vtk. '-' is standard input or output.");
+	     "written: vtk and mtx (of laplacian). '-' is standard input or output.");
 	print_exit_codes();
 }
 

@@ -24,7 +24,8 @@ static const gnp_decode_fn decoders[GNP_FORMAT_COUNT] = {
 
 static const gnp_encode_fn encoders[GNP_FORMAT_COUNT] = {
 	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_NPY] = gnp_npy_encode, [GNP_FORMAT_NPZ] = gnp_npz_encode,
-	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_JSON] = gnp_json_file_encode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_MTX] = gnp_mtx_encode,
+	[GNP_FORMAT_JSON] = gnp_json_file_encode,
 };
 
 /* Other names and media types in use. */

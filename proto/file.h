@@ -1,4 +1,4 @@
-/* Files in, files out: PLY, NPY, NPZ, XYZ/TXT/CSV, PCD, OBJ (in), VTK (out). Bodies of /v1 and the command line's files. */
+/* Files in, files out: PLY, NPY, NPZ, XYZ/TXT/CSV, PCD, OBJ (in), VTK and Matrix Market (out). Bodies of /v1 and the command line's files. */
 #ifndef GNP_PROTO_FILE_H
 #define GNP_PROTO_FILE_H
 
@@ -18,6 +18,7 @@
 	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false, true)               \
 	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false, true)                       \
 	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true, true)               \
+	X(GNP_FORMAT_MTX, "mtx", "application/x-matrix-market", "mtx", false, true, false)    \
 	X(GNP_FORMAT_JSON, "json", "application/json", "json", true, true, false)
 
 enum gnp_format {

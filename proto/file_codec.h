@@ -36,6 +36,8 @@ gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_va
                           struct gnp_error *error);
 gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error);
+gnp_status gnp_mtx_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
 gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments,
                                 struct gnp_buffer *buffer, struct gnp_error *error);
 

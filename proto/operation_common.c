@@ -153,7 +153,7 @@ gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct 
 	gnp_status status = report_choices(facts->model, options, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "normals_estimated", facts->normals_estimated, error);
-	if (status == GNP_OK && facts->normals_estimated)
+	if (status == GNP_OK && facts->normals_estimated && facts->components)
 		status = gnp_values_add_integer(report, "components", (int64_t)facts->components, error);
 	if (status == GNP_OK && facts->patches)
 		status = gnp_values_add_integer(report, "patches", (int64_t)facts->patches, error);

@@ -38,8 +38,9 @@ static void distances_on_a_sphere_are_great_circles(void)
 			error += fabs(distance[i] - want) / N;
 			worst = fmax(worst, fabs(distance[i] - want));
 		}
-		CHECK_AT_MOST(error, 0.01 * mean);
-		CHECK_AT_MOST(worst, 0.05);
+		/* where the fronts of two sources meet, the gradient turns and the mean of a cell is felt */
+		CHECK_AT_MOST(error, (count == 1 ? 0.01 : 0.015) * mean);
+		CHECK_AT_MOST(worst, count == 1 ? 0.05 : 0.06);
 		for (size_t s = 0; s < count; s++)
 			CHECK(distance[sources[s]] == 0);
 	}
