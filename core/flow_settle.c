@@ -6,10 +6,12 @@
 #include "cell.h"
 #include "memory.h"
 #include "model.h"
+#include "select.h"
 
 /* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
 static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
 static const double smoothing_most = 3, insertion_least = 0.9;
+static const double LARGE = 16; /* times the median: a stray point's cell */
 
 double gnp_flow_default_step(double spacing)
 {
@@ -179,21 +181,33 @@ static gnp_status check_closed(const struct gnp_flow_options *options, size_t op
 	                     count);
 }
 
+/* The sum of cells that are not far larger than most: a stray point's may be as large as all others. *spacing: the root of their mean. */
+static double usual_area(double *area, size_t count, double *spacing)
+{
+	double most = LARGE * gnp_median(area, count), total = 0;
+	size_t usual = 0;
+	for (size_t i = 0; i < count; i++) {
+		total += area[i] <= most ? area[i] : 0;
+		usual += area[i] <= most;
+	}
+	*spacing = sqrt(total / (double)usual);
+	return total;
+}
+
 gnp_status gnp_flow_settle(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
                            struct gnp_error *error)
 {
 	size_t open = 0, count = prepared->count;
-	double *area = gnp_array_new(count, sizeof *area), total = 0;
+	double total = 0, h = 0, *area = gnp_array_new(count, sizeof *area);
 	if (!area)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
 	gnp_status status = gnp_area_measure(prepared, pool, task, area, &open, error);
-	for (size_t i = 0; status == GNP_OK && i < count; i++)
-		total += area[i];
+	if (status == GNP_OK)
+		total = usual_area(area, count, &h);
 	free(area);
 	if (status != GNP_OK)
 		return status;
-	double h = sqrt(total / (double)count);
 	*rule = (struct gnp_flow_rule){.estimate = options->estimate};
 	*move = (struct gnp_flow_move){.scheme = (enum gnp_flow_scheme)options->scheme, .preserve = options->volume == GNP_FLOW_VOLUME_PRESERVE,
 	                               .projection = options->projection, .points_most = 2 * count};

@@ -518,6 +518,19 @@ static void bad_options_are_refused_with_the_limit(void)
 	cloud_free(&cloud);
 }
 
+/* A point a thousand spacings away does not stretch the lengths that follow the cloud. */
+static void a_far_point_does_not_stretch_lengths(void)
+{
+	struct cloud cloud = clean("sphere", 1200);
+	struct gnp_flow_options options = gmls();
+	for (int c = 0; c < 3; c++)
+		cloud.points[c] = 100;
+	struct gnp_flow flow = flowed(&cloud, &options);
+	CHECK_NEAR(flow.spacing, sqrt(4 * acos(-1) / 1200), 2e-3);
+	gnp_flow_clear(&flow);
+	cloud_free(&cloud);
+}
+
 static void open_surfaces_have_no_volume_to_keep(void)
 {
 	struct cloud cloud = clean("plane", 1200);
@@ -627,6 +640,7 @@ int main(int argc, char **argv)
 		TEST(moving_along_the_surface_evens_points_out),
 		TEST(snapshots_hold_start_and_end),
 		TEST(bad_options_are_refused_with_the_limit),
+		TEST(a_far_point_does_not_stretch_lengths),
 		TEST(open_surfaces_have_no_volume_to_keep),
 		TEST(small_clouds_and_lines_are_refused),
 		TEST(sphere_stops_before_it_vanishes),
