@@ -1,0 +1,117 @@
+"""Equations on surfaces: sources as tensors and as columns of files, operators kept between requests, matrices."""
+import array
+import threading
+
+import harness
+from harness import expect_error
+
+COUNT = 1200
+SPHERE = harness.sphere(COUNT)
+Z = [SPHERE[3 * i + 2] for i in range(COUNT)]
+
+
+def source(scale):
+    return "source", [COUNT, 1], "FP64", array.array("d", [scale * z for z in Z]).tobytes()
+
+
+def points():
+    return "points", [COUNT, 3], "FP64", array.array("d", SPHERE).tobytes()
+
+
+def infer(server, operation, inputs, **parameters):
+    headers, body = harness.infer_body(inputs, parameters)
+    return server.post("/v2/models/%s/infer" % operation, body, headers)
+
+
+def metric(server, name):
+    for line in server.get("/metrics").text.splitlines():
+        if line.startswith("gnpd_" + name + " "):
+            return float(line.split()[1])
+    raise AssertionError("no metric " + name)
+
+
+def worst(got, want):
+    return max(abs(a - b) for a, b in zip(got, want))
+
+
+def test_poisson_keeps_its_operator(server):
+    hits, misses = metric(server, "operator_cache_hits_total"), metric(server, "operator_cache_misses_total")
+    for turn, scale in enumerate((2.0, 6.0)):
+        head, outputs = harness.parse_infer(infer(server, "poisson", [points(), source(scale)], estimator="gmls", k=31))
+        assert worst(outputs["solution"], [scale / 2 * z for z in Z]) < 0.02 * scale
+        assert head["parameters"]["operator_kept"] is bool(turn), head["parameters"]
+    assert metric(server, "operator_cache_hits_total") == hits + 1 and metric(server, "operator_cache_misses_total") == misses + 1
+    assert metric(server, "operator_cache_operators") >= 1 and metric(server, "operator_cache_bytes") > 100 * COUNT
+
+
+def test_one_operator_is_made_once_for_many(server):
+    misses, answers = metric(server, "operator_cache_misses_total"), []
+
+    def ask():
+        answers.append(infer(server, "poisson", [points(), source(2.0)], estimator="gmls", k=33))
+
+    threads = [threading.Thread(target=ask) for _ in range(6)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert [answer.status for answer in answers] == [200] * 6
+    assert metric(server, "operator_cache_misses_total") == misses + 1
+    solutions = [harness.parse_infer(answer)[1]["solution"].tobytes() for answer in answers]
+    assert len(set(solutions)) == 1
+
+
+def test_no_cache_when_it_is_off():
+    with harness.Server(operator_cache_bytes=0) as server:
+        for _ in range(2):
+            head, _ = harness.parse_infer(infer(server, "poisson", [points(), source(2.0)], estimator="gmls"))
+            assert head["parameters"]["operator_kept"] is False
+        assert metric(server, "operator_cache_bytes") == 0 and metric(server, "operator_cache_evictions_total") == 2
+
+
+def test_sources_are_columns_of_files(server):
+    text = "# x y z source\n" + "".join("%r %r %r %r\n" % (*SPHERE[3 * i:3 * i + 3], 2 * Z[i]) for i in range(COUNT))
+    response = server.post("/v1/poisson?estimator=gmls&outputs=solution&format=xyz", text.encode(), {"Content-Type": "text/plain"})
+    assert response.status == 200, response.text[:300]
+    rows = [[float(word) for word in line.split()] for line in response.text.splitlines() if not line.startswith("#")]
+    assert len(rows) == COUNT and worst([row[3] for row in rows], Z) < 0.03
+    expect_error(server.post("/v1/poisson?estimator=gmls", harness.ply(harness.floats(SPHERE))), 400, "invalid_argument",
+                 'input "source": missing')
+
+
+def test_heat_geodesic_spectrum(server):
+    head, outputs = harness.parse_infer(infer(server, "heat", [points(), ("initial", *source(1.0)[1:])], estimator="gmls", dt=0.05, steps=2))
+    assert worst(outputs["solution"], [z / 1.1 ** 2 for z in Z]) < 0.02 and abs(head["parameters"]["time"] - 0.1) < 1e-12
+    head, outputs = harness.parse_infer(infer(server, "geodesic", [points()], estimator="gmls", source=3))
+    assert outputs["distance"][3] == 0 and 2.9 < max(outputs["distance"]) < 3.3
+    head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=4))
+    assert worst(outputs["eigenvalues"], [0, 2, 2, 2]) < 0.03 and len(outputs["eigenvectors"]) == 4 * COUNT
+
+
+def test_laplacian_as_matrix_market(server):
+    response = server.post("/v1/laplacian?estimator=gmls&format=mtx", harness.ply(harness.floats(SPHERE)))
+    assert response.status == 200 and response.headers["content-type"] == "application/x-matrix-market", response.text[:300]
+    lines = response.text.splitlines()
+    assert lines[0] == "%%MatrixMarket matrix coordinate real general"
+    entries = [line.split() for line in lines if not line.startswith("%")]
+    rows, columns, count = map(int, entries[0])
+    assert rows == columns == COUNT and len(entries) == count + 1
+    sums = [0.0] * (COUNT + 1)
+    for row, _, value in entries[1:]:
+        sums[int(row)] += float(value)
+    assert max(map(abs, sums)) < 1e-6
+    expect_error(server.post("/v1/estimate?estimator=gmls&format=mtx", harness.ply(harness.floats(SPHERE))), 406, "not_acceptable",
+                 "mtx: needs row_offsets")
+
+
+def test_equations_refuse_what_they_cannot_do(server):
+    short = ("source", [COUNT - 1, 1], "FP64", array.array("d", [0.0] * (COUNT - 1)).tobytes())
+    expect_error(infer(server, "poisson", [points(), short], estimator="gmls"), 400, "invalid_argument", "source")
+    nan = ("source", [COUNT, 1], "FP64", array.array("d", [float("nan")] * COUNT).tobytes())
+    expect_error(infer(server, "poisson", [points(), nan], estimator="gmls"), 400, "invalid_argument", "source")
+    for parameter, value in (("drop", 0.7), ("function_degree", 9), ("screening", -1), ("solver", "magic"), ("tolerance", 1)):
+        expect_error(infer(server, "poisson", [points(), source(2.0)], estimator="gmls", **{parameter: value}), 400, "invalid_argument", parameter)
+    with harness.Server(queue_bytes="20M") as small:
+        many, zeros = harness.sphere(20000), array.array("d", [0.0] * 20000)
+        body = [("points", [20000, 3], "FP64", array.array("d", many).tobytes()), ("source", [20000, 1], "FP64", zeros.tobytes())]
+        expect_error(infer(small, "poisson", body, estimator="gmls"), 413, "too_large", "queue-bytes")
