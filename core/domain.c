@@ -129,3 +129,22 @@ gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domai
 		gnp_domain_clear(&domain);
 	return status;
 }
+
+/* Points at one place have one place on the curve: they are next to each other. */
+gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = &domain->prepared;
+	size_t doubled = 0, first = 0;
+	for (size_t i = 1; i < prepared->count; i++) {
+		const double *p = prepared->points + 3 * i;
+		if (p[0] != p[-3] || p[1] != p[-2] || p[2] != p[-1])
+			continue;
+		first = doubled ? first : prepared->order[i];
+		doubled++;
+	}
+	if (!doubled)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_DEGENERATE, "points: %zu lie where another one does, point %zu for one: remove duplicates, an equation has one "
+	                                            "unknown a place",
+	                     doubled, first);
+}

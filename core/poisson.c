@@ -156,6 +156,8 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	unsigned char *given = NULL;
 	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
 	if (status == GNP_OK)
+		status = gnp_domain_check_distinct(&poisson->domain, error);
+	if (status == GNP_OK)
 		status = order_fixed(&poisson->domain, options->fixed, &given, error);
 	if (status == GNP_OK)
 		status = gnp_equation_make(&poisson->domain, &options->laplacian, options->screening, given, pool, task, &poisson->equation, error);

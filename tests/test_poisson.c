@@ -320,13 +320,25 @@ static void bad_input_is_refused_by_name(void)
 	free(source);
 }
 
+static void points_at_one_place_are_told(void)
+{
+	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = 1000, .seed = 7}, pool);
+	struct gnp_cloud cloud = cloud_of(&sample);
+	struct gnp_poisson_options options = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_AUTO);
+	for (size_t i = 0; i < 9; i++)
+		sample.points[700 * 3 + i] = sample.points[i];
+	refuse(&cloud, &options, NULL, GNP_DEGENERATE, "points: 3 lie where another one does, point 70");
+	gnp_sample_clear(&sample);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(every_system_and_solver_finds_the_manufactured_solution),
 	                                    TEST(the_solution_converges_with_order_three), TEST(a_screened_equation_keeps_its_mean),
 	                                    TEST(fixed_points_keep_their_values), TEST(each_part_of_a_cloud_has_a_mean_of_its_own),
 	                                    TEST(outliers_are_dropped_and_answered), TEST(the_mean_is_zero_as_asked), TEST(many_right_hand_sides_are_solved_as_one_is),
-	                                    TEST(any_number_of_workers_gives_the_same_bytes), TEST(bad_input_is_refused_by_name)};
+	                                    TEST(any_number_of_workers_gives_the_same_bytes), TEST(bad_input_is_refused_by_name),
+	                                    TEST(points_at_one_place_are_told)};
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;
