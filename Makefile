@@ -58,7 +58,7 @@ TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check bench validate train cards scans openapi install deps clean help libraries
+.PHONY: all demo test unit check bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -116,6 +116,9 @@ bench: all $(OUT)/tests/bench ## time the core and HTTP; writes bench.json and b
 validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
 	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
 
+validate-pde: $(OUT)/gnp-validate ## judge PDE solutions by the paper's Table 2 and write weights/VALIDATION-PDE.md (20 minutes)
+	$< --table 2 --markdown weights/VALIDATION-PDE.md
+
 train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
 	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors
 
@@ -144,7 +147,7 @@ clean: ## remove what was built
 	rm -rf $(BUILD)
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
 -include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c))
 endif

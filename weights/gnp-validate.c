@@ -5,6 +5,7 @@
 
 #include "file_io.h"
 #include "options.h"
+#include "pde_table.h"
 #include "program.h"
 #include "session.h"
 #include "validation.h"
@@ -12,7 +13,7 @@
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
-	{"table", 0, "N", "which of the paper's tables: 1"},
+	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown)"},
 	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
@@ -92,7 +93,7 @@ static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan
 	const struct {
 		const char *name;
 		uint64_t least, most, *value;
-	} sizes[] = {{"table", 1, 1, &table},
+	} sizes[] = {{"table", 1, 2, &table},
 	             {"shapes", 1, 10000, &shapes},
 	             {"centres", 1, 1000000, &centres},
 	             {"points", 1000, 10000000, &points},
@@ -188,8 +189,70 @@ static gnp_status open_table(const struct gnp_arguments *arguments, struct plan 
 	return status;
 }
 
+/* ---- Table 2 ---- */
+
+static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct gnp_pde_plan *plan, uint64_t *workers, struct gnp_error *error)
+{
+	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json"};
+	*plan = gnp_arguments_has(arguments, "quick") ? gnp_pde_plan_quick() : gnp_pde_plan_full();
+	uint64_t points = plan->points;
+	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+		if (gnp_arguments_has(arguments, other[i]))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table 1", other[i]);
+	gnp_status status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
+	plan->points = points;
+	return status == GNP_OK ? parse_list(arguments, "regimes", regime_name, &plan->regimes, error) : status;
+}
+
+static gnp_status save_pde(const char *path, const struct gnp_pde_table *table, struct gnp_error *error)
+{
+	char *data = NULL;
+	size_t size = 0;
+	FILE *out = path ? open_memstream(&data, &size) : NULL;
+	if (!path)
+		return GNP_OK;
+	if (out)
+		gnp_pde_table_write_markdown(table, out);
+	bool whole = out && !ferror(out);
+	if (out)
+		whole = fclose(out) == 0 && whole;
+	gnp_status status = whole ? gnp_file_write(path, data, size, error)
+	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for the table", path);
+	free(data);
+	return status;
+}
+
+static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct gnp_pde_plan plan;
+	struct gnp_pde_table table;
+	struct gnp_models *models = NULL;
+	struct gnp_session session;
+	uint64_t workers = 0;
+	if (parse_pde_plan(arguments, &plan, &workers, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = gnp_models_load(gnp_arguments_get(arguments, "weights-dir", NULL), &models, error);
+	if (status == GNP_OK)
+		status = gnp_session_open(&session, (unsigned)workers, error);
+	if (status == GNP_OK) {
+		atomic_store(&session.progress.phase, "validate");
+		status = gnp_pde_table_run(&plan, models, session.pool, &session.task, stderr, &table, error);
+		gnp_session_close(&session);
+	}
+	gnp_models_release(models);
+	if (status == GNP_OK)
+		gnp_pde_table_write_text(&table, stdout);
+	if (status == GNP_OK)
+		status = save_pde(gnp_arguments_get(arguments, "markdown", NULL), &table, error);
+	return gnp_exit_of(status, false);
+}
+
 static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_error *error)
 {
+	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "2") == 0)
+		return validate_pde(arguments, error);
 	struct plan plan;
 	struct gnp_table table;
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
