@@ -51,6 +51,7 @@ static void table_is_filled_and_written(void)
 	CHECK_AT_MOST(table.cell[2][GNP_REGIME_CLEAN_50][0][0].error, 0.15); /* genus 2, gnp, square: 7e-4 at 20,000 points */
 	CHECK(isnan(table.cell[2][GNP_REGIME_NOISE_70][0][0].error));
 	CHECK(table.sizes[1] == 10000 && table.sizes[2] == 0 && table.convergence[1] < table.convergence[0] / 3);
+	CHECK(table.condition[0] > 100 && table.condition[1] / table.condition[0] > 1.5 && table.condition[1] / table.condition[0] < 3); /* as 1 / h^2 */
 	FILE *out = open_memstream(&text, &size);
 	gnp_pde_table_write_markdown(&table, out);
 	gnp_pde_table_write_text(&table, out);

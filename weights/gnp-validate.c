@@ -1,4 +1,4 @@
-/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1 and prints it beside what the paper printed. */
+/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1, and solutions of the Laplace-Beltrami PDE by its Table 2, and prints them beside what the paper printed. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -138,10 +138,26 @@ static gnp_status run_plan(const struct plan *plan, struct gnp_table *table, str
 	return status;
 }
 
+/* A table of either kind as a file. */
+typedef void (*write_fn)(const void *table, FILE *out);
+
+static void write_json(const void *table, FILE *out)
+{
+	gnp_table_write_json(table, out);
+}
+
+static void write_markdown(const void *table, FILE *out)
+{
+	gnp_table_write_markdown(table, out);
+}
+
+static void write_pde_markdown(const void *table, FILE *out)
+{
+	gnp_pde_table_write_markdown(table, out);
+}
+
 /* Writes the table to the file an option names, if it was given. */
-static gnp_status save(const struct gnp_arguments *arguments, const char *option,
-                       void (*write)(const struct gnp_table *table, FILE *out), const struct gnp_table *table,
-                       struct gnp_error *error)
+static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write, const void *table, struct gnp_error *error)
 {
 	const char *path = gnp_arguments_get(arguments, option, NULL);
 	char *data = NULL;
@@ -206,24 +222,6 @@ static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct g
 	return status == GNP_OK ? parse_list(arguments, "regimes", regime_name, &plan->regimes, error) : status;
 }
 
-static gnp_status save_pde(const char *path, const struct gnp_pde_table *table, struct gnp_error *error)
-{
-	char *data = NULL;
-	size_t size = 0;
-	FILE *out = path ? open_memstream(&data, &size) : NULL;
-	if (!path)
-		return GNP_OK;
-	if (out)
-		gnp_pde_table_write_markdown(table, out);
-	bool whole = out && !ferror(out);
-	if (out)
-		whole = fclose(out) == 0 && whole;
-	gnp_status status = whole ? gnp_file_write(path, data, size, error)
-	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for the table", path);
-	free(data);
-	return status;
-}
-
 static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct gnp_error *error)
 {
 	struct gnp_pde_plan plan;
@@ -245,7 +243,7 @@ static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct 
 	if (status == GNP_OK)
 		gnp_pde_table_write_text(&table, stdout);
 	if (status == GNP_OK)
-		status = save_pde(gnp_arguments_get(arguments, "markdown", NULL), &table, error);
+		status = save(arguments, "markdown", write_pde_markdown, &table, error);
 	return gnp_exit_of(status, false);
 }
 
@@ -264,9 +262,9 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 	if (status == GNP_OK)
 		gnp_table_write_text(&table, stdout);
 	if (status == GNP_OK)
-		status = save(arguments, "json", gnp_table_write_json, &table, error);
+		status = save(arguments, "json", write_json, &table, error);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", gnp_table_write_markdown, &table, error);
+		status = save(arguments, "markdown", write_markdown, &table, error);
 	gnp_table_clear(&table);
 	if (status == GNP_OK && fflush(stdout) != 0)
 		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");

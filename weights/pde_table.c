@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "memory.h"
+#include "pde_condition.h"
 #include "pde_truth.h"
 #include "poisson.h"
 
@@ -126,20 +127,28 @@ static gnp_status set_filter(const struct gnp_models *models, enum gnp_regime re
 	return set_estimate(models, regime, 0, &out->estimate, error);
 }
 
+static gnp_status set_options(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator, unsigned system,
+                              struct gnp_poisson_options *options, struct gnp_filter_options *filter, struct gnp_error *error)
+{
+	struct gnp_domain_options *domain = &options->laplacian.domain;
+	*options = gnp_poisson_defaults();
+	options->laplacian.system = system == 0 ? GNP_SYSTEM_SQUARE : GNP_SYSTEM_LEAST_SQUARES;
+	gnp_status status = set_estimate(models, regime, estimator, &domain->estimate, error);
+	if (status == GNP_OK)
+		status = set_filter(models, regime, filter, error);
+	domain->project = regime == GNP_REGIME_OUTLIER_50 || regime == GNP_REGIME_NOISE_70;
+	domain->filter = domain->project ? filter : NULL;
+	return status;
+}
+
 static gnp_status fill_cell(struct problem *problem, enum gnp_regime regime, unsigned estimator, unsigned system, const struct gnp_models *models,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_cell *cell, struct gnp_error *error)
 {
-	struct gnp_poisson_options options = gnp_poisson_defaults();
-	struct gnp_domain_options *domain = &options.laplacian.domain;
+	struct gnp_poisson_options options;
 	struct gnp_filter_options filter;
 	struct gnp_poisson *poisson = NULL;
 	const struct gnp_cloud cloud = {problem->sample.count, problem->sample.points, problem->sample.normals};
-	gnp_status status = set_estimate(models, regime, estimator, &domain->estimate, error);
-	if (status == GNP_OK)
-		status = set_filter(models, regime, &filter, error);
-	options.laplacian.system = system == 0 ? GNP_SYSTEM_SQUARE : GNP_SYSTEM_LEAST_SQUARES;
-	domain->project = regime == GNP_REGIME_OUTLIER_50 || regime == GNP_REGIME_NOISE_70;
-	domain->filter = domain->project ? &filter : NULL;
+	gnp_status status = set_options(models, regime, estimator, system, &options, &filter, error);
 	double begun = gnp_clock();
 	if (status == GNP_OK)
 		status = gnp_poisson_prepare(&cloud, &options, pool, task, &poisson, error);
@@ -171,19 +180,33 @@ static gnp_status fill_regime(const struct gnp_pde_plan *plan, unsigned shape, e
 	return status;
 }
 
+static gnp_status fill_size(size_t points, size_t solutions, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
+                            double *convergence, double *condition, struct gnp_error *error)
+{
+	struct problem problem;
+	struct gnp_pde_cell cell = {.error = NAN};
+	struct gnp_poisson_options options;
+	struct gnp_filter_options filter;
+	gnp_status status = problem_make(0, GNP_REGIME_CLEAN_50, points, solutions, pool, task, &problem, error);
+	const struct gnp_cloud cloud = {problem.sample.count, problem.sample.points, problem.sample.normals};
+	if (status == GNP_OK)
+		status = fill_cell(&problem, GNP_REGIME_CLEAN_50, 0, 0, models, pool, task, &cell, error);
+	if (status == GNP_OK)
+		status = set_options(models, GNP_REGIME_CLEAN_50, 0, 0, &options, &filter, error);
+	if (status == GNP_OK)
+		status = gnp_pde_condition(&cloud, &options, pool, task, condition, error);
+	problem_clear(&problem);
+	*convergence = cell.error;
+	return status;
+}
+
 static gnp_status fill_convergence(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
                                    struct gnp_pde_table *table, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < GNP_PDE_SIZES && sizes[i] <= plan->sizes_most && status == GNP_OK; i++) {
-		struct problem problem;
-		struct gnp_pde_cell cell = {.error = NAN};
-		status = problem_make(0, GNP_REGIME_CLEAN_50, sizes[i], plan->solutions, pool, task, &problem, error);
-		if (status == GNP_OK)
-			status = fill_cell(&problem, GNP_REGIME_CLEAN_50, 0, 0, models, pool, task, &cell, error);
-		problem_clear(&problem);
 		table->sizes[i] = sizes[i];
-		table->convergence[i] = cell.error;
+		status = fill_size(sizes[i], plan->solutions, models, pool, task, &table->convergence[i], &table->condition[i], error);
 	}
 	return status;
 }
@@ -272,6 +295,7 @@ static void write_convergence(const struct gnp_pde_table *table, const struct st
 		fprintf(out, "%s%8zu%s%.2e%s", style->begin, table->sizes[i], style->between, table->convergence[i], style->between);
 		if (i > 0)
 			fprintf(out, "%5.1f", 2 * log(table->convergence[i - 1] / table->convergence[i]) / log((double)table->sizes[i] / (double)table->sizes[i - 1]));
+		fprintf(out, "%s%.1e", style->between, table->condition[i]);
 		fprintf(out, "%s\n", style->end);
 	}
 }
@@ -282,7 +306,7 @@ void gnp_pde_table_write_text(const struct gnp_pde_table *table, FILE *out)
 	fprintf(out, "Laplace-Beltrami PDE, %zu points, %zu solutions: relative L2 error of u; seconds\n", table->points, table->solutions);
 	write_head(&plain, out);
 	write_rows(table, &plain, out);
-	fprintf(out, "\nconvergence, bumpy torus, gnp, square: points, error, order in the spacing\n");
+	fprintf(out, "\nconvergence, bumpy torus, gnp, square: points, error, order in the spacing, condition\n");
 	write_convergence(table, &plain, out);
 }
 
@@ -300,6 +324,6 @@ void gnp_pde_table_write_markdown(const struct gnp_pde_table *table, FILE *out)
 	write_head(&bars, out);
 	fprintf(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n");
 	write_rows(table, &bars, out);
-	fprintf(out, "\n## Convergence\nBumpy torus, clean, `gnp`, square; the order is in the spacing.\n\n| points | error | order |\n| ---: | ---: | ---: |\n");
+	fprintf(out, "\n## Convergence\nBumpy torus, clean, `gnp`, square; the order is in the spacing; the condition is the largest |eigenvalue| over\nthe smallest but zero.\n\n| points | error | order | condition |\n| ---: | ---: | ---: | ---: |\n");
 	write_convergence(table, &bars, out);
 }

@@ -21,6 +21,7 @@ struct gnp_pde_table {
 	struct gnp_pde_cell cell[GNP_PDE_SHAPES][GNP_REGIMES][GNP_PDE_ESTIMATORS][GNP_PDE_SYSTEMS];
 	size_t sizes[GNP_PDE_SIZES];               /* of the convergence on the bumpy torus; 0: not run */
 	double convergence[GNP_PDE_SIZES];         /* errors by gnp, square, clean */
+	double condition[GNP_PDE_SIZES];           /* of their systems (pde_condition.h) */
 };
 
 struct gnp_pde_plan {
