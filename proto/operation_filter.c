@@ -23,7 +23,7 @@ enum output { KEEP, DEVIATION, POINTS, INDEX, NORMALS, OUTPUTS };
 
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[KEEP] = {"keep", GNP_BOOL, 1, {-1}, false, "whether the point is kept"},
-	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, false, "how far the point is from its neighbours' surface, in the patch's scaled height"},
+	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, false, "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped by gross: the distance to the nearest one left, in local spacings"},
 	[POINTS] = {"points", GNP_FP32, 2, {-2, 3}, false, "the kept points, moved onto the surface with project [length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each kept one is, ascending from 0"},
 	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals of the fitted surface at the kept points"},
