@@ -21,7 +21,7 @@ struct gnpd_connection;
 struct gnpd_route;
 struct gnpd_server;
 
-enum { GNPD_REPLY_HEADERS_MAX = 6, GNPD_ID_MAX = 128 };
+enum { GNPD_REPLY_HEADERS_MAX = 6, GNPD_ID_MAX = 128, GNPD_PRINCIPAL_MAX = 64 };
 
 struct gnpd_reply {
 	int code; /* HTTP; 0 until there is a reply */
@@ -54,6 +54,7 @@ struct gnpd_request {
 	const char *model;              /* the path's {model} and {version}; NULL without */
 	const char *version;
 	enum gnpd_label label;
+	char principal[GNPD_PRINCIPAL_MAX + 1]; /* the name of the key it came with; "" without keys */
 
 	/* Headers, borrowed from the HTTP library until completion; NULL when absent. */
 	const char *content_type, *content_encoding, *accept, *inference_length;

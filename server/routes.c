@@ -5,21 +5,21 @@
 #include "server.h"
 
 static const struct gnpd_route routes[] = {
-	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA},
-	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH},
-	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH},
-	{"POST", "/v2/repository/index", gnpd_v2_index, false, GNPD_LABEL_METADATA},
-	{"GET", "/v2/models/{model}", gnpd_v2_model, false, GNPD_LABEL_METADATA},
-	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH},
-	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA},
-	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION},
-	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, false, GNPD_LABEL_METADATA},
-	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH},
-	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA},
-	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION},
-	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION},
-	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS},
-	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI},
+	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"POST", "/v2/repository/index", gnpd_v2_index, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
+	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
 };
 enum { ROUTES = sizeof routes / sizeof routes[0] };
 

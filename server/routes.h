@@ -10,12 +10,16 @@
 /* Fills request->reply. On failure http.c answers with the error. */
 typedef gnp_status (*gnpd_handler)(struct gnpd_request *request, struct gnp_error *error);
 
+/* What a caller must be allowed to. */
+enum gnpd_scope { GNPD_SCOPE_NONE, GNPD_SCOPE_INFER, GNPD_SCOPE_JOBS, GNPD_SCOPE_ADMIN };
+
 struct gnpd_route {
 	const char *method;    /* GET also answers HEAD */
 	const char *path;      /* segments; {model} and {version} take any one segment */
 	gnpd_handler handler;
 	bool work;             /* runs on a runner with the body; else in the HTTP thread, at once, the body discarded */
 	enum gnpd_label label; /* GNPD_LABEL_OPERATION: that of the operation the path names */
+	enum gnpd_scope scope;
 };
 
 /* Sets request->route, model, version and label. GNP_NOT_FOUND or GNP_METHOD_NOT_ALLOWED; an unknown model is not found
