@@ -9,6 +9,7 @@
 #include "patch.h"
 #include "stencil.h"
 #include "taylor.h"
+#include "unfold.h"
 
 enum { POINTS_A_CHUNK = 128 };
 
@@ -85,20 +86,18 @@ static void choose_points(const struct work *work, size_t centre, const uint32_t
 	}
 }
 
-/* In the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they come. */
+/* Unfolded into the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they come. */
 static void gather(const struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const double *origin = prepared->points + 3 * centre;
-	gnp_tangents_of(prepared->normals + 3 * centre, row->tangents);
+	const double *origin = prepared->points + 3 * centre, *normal = prepared->normals + 3 * centre;
+	gnp_tangents_of(normal, row->tangents);
 	choose_points(work, centre, index, found, true, row);
 	if (row->count < 2)
 		choose_points(work, centre, index, found, false, row);
 	for (size_t j = 0; j < row->count; j++) {
-		const double *p = prepared->points + 3 * (size_t)row->point[j];
-		double d[3] = {p[0] - origin[0], p[1] - origin[1], p[2] - origin[2]};
-		row->u[j] = gnp_dot(d, row->tangents[0]);
-		row->v[j] = gnp_dot(d, row->tangents[1]);
+		size_t at = 3 * (size_t)row->point[j];
+		gnp_unfold(origin, normal, row->tangents, prepared->points + at, prepared->normals + at, &row->u[j], &row->v[j]);
 	}
 }
 

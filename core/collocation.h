@@ -1,8 +1,9 @@
 /* Surface derivatives at every point of a cloud as sparse rows over its values.
  *
- * At each point the frame is tangent to the surface there (psi3 = the point's normal), so in Monge form h_u = h_v = 0 and the metric
- * is the identity: Delta_LB f = p_uu + p_vv and grad f = p_u t1 + p_v t2 of the polynomial p fitted to the values of the point's
- * neighbours over its tangent plane (stencil.h). Points of another sheet (patch.h) take no part. */
+ * At each point the frame is tangent to the surface there (psi3 = the point's normal). In Monge form, and so in the unfolded coordinates
+ * that agree with it to third order (unfold.h), the metric at the point is the identity and its derivatives vanish: Delta_LB f = p_uu + p_vv
+ * and grad f = p_u t1 + p_v t2 of the polynomial p fitted to the values of the point's neighbours (stencil.h). Points of another sheet
+ * (patch.h) take no part. */
 #ifndef GNP_CORE_COLLOCATION_H
 #define GNP_CORE_COLLOCATION_H
 

@@ -18,6 +18,14 @@ void gnp_stiffness_clear(struct gnp_stiffness *stiffness)
 	*stiffness = (struct gnp_stiffness){0};
 }
 
+size_t gnp_stiffness_bytes(const struct gnp_stiffness *stiffness)
+{
+	if (!stiffness->start)
+		return 0;
+	return (stiffness->count + 1) * sizeof(size_t) + stiffness->count * sizeof(double) +
+	       stiffness->start[stiffness->count] * (sizeof(uint32_t) + sizeof(double));
+}
+
 /* ---- Assembly ---- */
 
 enum { POLL = 8192 };

@@ -23,6 +23,7 @@ struct gnp_stiffness {
 gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task,
                               struct gnp_stiffness *out, struct gnp_error *error);
 void gnp_stiffness_clear(struct gnp_stiffness *stiffness);
+size_t gnp_stiffness_bytes(const struct gnp_stiffness *stiffness);
 
 struct gnp_diffusion {
 	const struct gnp_stiffness *stiffness;

@@ -4,6 +4,7 @@
 
 #include "farthest.h"
 #include "memory.h"
+#include "taylor.h"
 
 enum { NEIGHBORS_MAX = 500 };
 static const double drop_max = 0.5;
@@ -11,7 +12,19 @@ static const double drop_max = 0.5;
 struct gnp_laplacian_options gnp_laplacian_defaults(void)
 {
 	return (struct gnp_laplacian_options){.domain = {.estimate = gnp_estimate_defaults()}, .system = GNP_SYSTEM_SQUARE, .drop = 0.1,
-	                                      .degree = 4, .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN)};
+	                                      .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN)};
+}
+
+/* Odd degrees gain little order over the even one below, but hold where surfaces are rough for the spacing. Normal equations, whose stencils are
+ * twice as wide, are spared the price. */
+unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options)
+{
+	return options->degree ? (unsigned)options->degree : options->system == GNP_SYSTEM_SQUARE ? 5 : 4;
+}
+
+size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options)
+{
+	return options->neighbors ? (size_t)options->neighbors : 2 * gnp_taylor_size(gnp_laplacian_degree(options));
 }
 
 static gnp_status check_options(const struct gnp_laplacian_options *options, struct gnp_error *error)
@@ -20,8 +33,8 @@ static gnp_status check_options(const struct gnp_laplacian_options *options, str
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "system: got %d, need 0..%d", options->system, GNP_SYSTEM_LEAST_SQUARES);
 	if (!(options->drop >= 0 && options->drop <= drop_max))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "drop: got %g, need 0..%g", options->drop, drop_max);
-	if (options->degree < 1 || options->degree > 7)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "degree: got %d, need 1..7", options->degree);
+	if (options->degree < 0 || options->degree > 7)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "degree: got %d, need 1..7, or 0 for the system's", options->degree);
 	if (options->neighbors < 0 || options->neighbors > NEIGHBORS_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "neighbors: got %d, need 0..%d", options->neighbors, NEIGHBORS_MAX);
 	return GNP_OK;
@@ -42,11 +55,11 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
                                   const unsigned char *unknown, struct gnp_pool *pool, struct gnp_task *task,
                                   struct gnp_collocation *out, struct gnp_error *error)
 {
-	struct gnp_collocation_rule rule = {.degree = (unsigned)options->degree, .neighbors = (size_t)options->neighbors,
-	                                    .which = options->which};
 	gnp_status status = check_options(options, error);
 	if (status != GNP_OK)
 		return status;
+	struct gnp_collocation_rule rule = {.degree = gnp_laplacian_degree(options), .neighbors = (size_t)options->neighbors,
+	                                    .which = options->which};
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, domain->prepared.count);
 	unsigned char *keep = NULL;
 	if (options->system == GNP_SYSTEM_LEAST_SQUARES) {

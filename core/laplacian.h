@@ -13,13 +13,16 @@ struct gnp_laplacian_options {
 	struct gnp_domain_options domain;
 	int system;      /* enum gnp_system */
 	double drop;     /* share of points without unknowns, of least_squares; 0..0.5 */
-	int degree;      /* of the local polynomials in u and v together; 2..7, 1..7 for first derivatives alone */
+	int degree;      /* of the local polynomials in u and v together; 2..7, 1..7 for first derivatives alone; 0: 5 if square, 4 of least squares */
 	int neighbors;   /* points of a stencil; 0: twice the polynomial's coefficients; at most 500 */
 	unsigned which;  /* mask of GNP_DERIVATIVE_BIT */
 };
 
-/* gmls at k 30 (estimate.h), square, drop 0.1, degree 4, neighbours by degree; the Laplacian. */
+/* gmls at k 30 (estimate.h), square, drop 0.1, degree by system, neighbours by degree; the Laplacian. */
 struct gnp_laplacian_options gnp_laplacian_defaults(void);
+/* The degree that options come to, and the points of a stencil. */
+unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options);
+size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 
 /* Rows and kept points in the cloud's order (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
  * dropped. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */

@@ -5,8 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "energy.h"
 #include "interpolation.h"
 #include "memory.h"
+#include "volume.h"
 
 static const double mean_explained = 1e-3; /* by discretisation, of the root mean square of f */
 
@@ -19,6 +21,7 @@ struct gnp_poisson {
 	struct gnp_csr outside;       /* (dropped, points) values at points the filter dropped from those at the others */
 	double *response;   /* (unknowns) the solution for f = 1; NULL where nothing is free, and of least squares */
 	double *weight;     /* (unknowns) of the mean */
+	struct gnp_stiffness volumes; /* over all points: what energies are told by; empty where they are not */
 	struct gnp_krylov_options krylov;
 };
 
@@ -43,6 +46,7 @@ void gnp_poisson_release(struct gnp_poisson *poisson)
 	gnp_collocation_clear(&poisson->value);
 	gnp_csr_clear(&poisson->outside);
 	gnp_domain_clear(&poisson->domain);
+	gnp_stiffness_clear(&poisson->volumes);
 	free(poisson->response);
 	free(poisson->weight);
 	free(poisson);
@@ -62,7 +66,8 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 		.points = domain->cloud_count, .unknowns = equation->unknowns, .components = equation->components.count,
 		.isolated = equation->components.following, .dropped = domain->dropped, .reduced = equation->reduced, .open = domain->open,
 		.bytes = sizeof *poisson + gnp_domain_bytes(domain) + gnp_equation_bytes(equation) + gnp_solver_bytes(poisson->solver) +
-		         gnp_csr_bytes(&value) + gnp_csr_bytes(&poisson->outside) + 2 * equation->unknowns * sizeof(double),
+		         gnp_csr_bytes(&value) + gnp_csr_bytes(&poisson->outside) + gnp_stiffness_bytes(&poisson->volumes) +
+		         2 * equation->unknowns * sizeof(double),
 		.solver = gnp_solver_kind(poisson->solver), .normals_estimated = domain->normals_estimated, .patches = domain->patches,
 		.degenerate = domain->degenerate, .model = domain->model};
 }
@@ -150,6 +155,12 @@ static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, st
 	return status;
 }
 
+/* A boundary has at least as many points; single open cells are those of noisy or coarse clouds. */
+static bool is_closed(const struct gnp_domain *domain)
+{
+	return (double)domain->open <= sqrt((double)domain->prepared.count);
+}
+
 static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
                        struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
@@ -166,9 +177,11 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	free(given);
 	if (status == GNP_OK && poisson->domain.dropped)
 		status = gnp_interpolation_make(&poisson->domain.prepared, poisson->domain.dropped_points, poisson->domain.dropped,
-		                                (unsigned)options->laplacian.degree, pool, task, &poisson->outside, error);
+		                                gnp_laplacian_degree(&options->laplacian), pool, task, &poisson->outside, error);
 	if (status == GNP_OK)
 		status = weigh(poisson, options->mean, error);
+	if (status == GNP_OK && !poisson->equation.given && is_closed(&poisson->domain))
+		status = gnp_volume_stiffness(&poisson->domain.prepared, pool, task, &poisson->volumes, error);
 	if (status == GNP_OK)
 		status = gnp_solver_create(&poisson->equation, &poisson->domain, options->solver, options->memory_limit, pool, task,
 		                           &poisson->solver, error);
@@ -365,6 +378,7 @@ static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, dou
 			status = measure_misfit(&side, pool, spare, &report, error);
 		if (status == GNP_OK)
 			status = write_solution(&side, r, count, pool, spare, solution, error);
+		report.energy = poisson->volumes.count ? gnp_energy_quotient(&poisson->volumes, poisson->domain.area, spare, side.b, equation->alpha) : NAN;
 		if (reports)
 			reports[r] = report;
 	}

@@ -58,6 +58,7 @@ struct gnp_poisson_report {
 	double mean;          /* the constant taken off f, the largest over components */
 	int mean_removed;     /* 1 where that is more than discretisation explains (1e-3 of f's root mean square): f had no zero mean */
 	size_t iterations;    /* 1 or 2 (refined) when direct */
+	double energy;        /* of u over what f explains (energy.h); NaN where boundaries are open or values given, which it does not know of */
 };
 
 /* Solves for count right-hand sides f: source (n, count), solution (n, count) out, in the cloud's order; values (n, count) are read

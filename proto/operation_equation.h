@@ -21,8 +21,8 @@ extern const char *const gnp_equation_systems[], *const gnp_equation_solvers[], 
 #define GNP_EQUATION_DISCRETISATION(type)                                                                                                    \
 	{"filter", GNP_PARAMETER_BOOL, offsetof(type, equation.filter), "false", 0, 0, NULL,                                                 \
 	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"},                               \
-	{"function_degree", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.degree), "4", 2, 7, NULL,                          \
-	 "of the polynomials that functions are fitted with, in both coordinates together"},                                                 \
+	{"function_degree", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.degree), "0", 0, 7, NULL,                          \
+	 "of the polynomials that functions are fitted with, in both coordinates together; 0: 5 if square, 4 of least squares"},             \
 	{"stencil", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.neighbors), "0", 0, 500, NULL,                             \
 	 "points of a stencil; 0: twice the polynomial's coefficients"},                                                                     \
 	GNP_COMMON_PARAMETERS(type, equation.core.laplacian.domain.estimate, equation.weights, GNP_COMMON_AUTO)

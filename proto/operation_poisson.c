@@ -1,7 +1,9 @@
 /* The operation `poisson`: its descriptor, and the way from tensors to gnp_poisson_solve and back. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "energy.h"
 #include "memory.h"
 #include "operation_equation.h"
 #include "operation_table.h"
@@ -135,28 +137,57 @@ static gnp_status add_outputs(uint64_t wanted, struct work *work, struct gnp_ten
 	return status;
 }
 
+/* The worst of all right-hand sides. */
+struct worst {
+	size_t removed, iterations, unbelievable;
+	double residual, energy; /* energy: NaN where it is not known */
+};
+
+static struct worst worst_of(const struct work *work)
+{
+	struct worst worst = {.energy = NAN};
+	for (size_t s = 0; s < work->sides; s++) {
+		const struct gnp_poisson_report *report = &work->reports[s];
+		worst.removed += report->mean_removed != 0;
+		worst.iterations = report->iterations > worst.iterations ? report->iterations : worst.iterations;
+		worst.residual = fmax(worst.residual, report->residual);
+		worst.unbelievable += !isnan(report->energy) && !(report->energy >= GNP_ENERGY_LEAST && report->energy <= GNP_ENERGY_MOST);
+		if (isnan(worst.energy) || fabs(report->energy - 1) > fabs(worst.energy - 1))
+			worst.energy = report->energy;
+	}
+	return worst;
+}
+
+static void write_warning(const struct worst *worst, size_t sides, char *text, size_t size)
+{
+	int length = 0;
+	text[0] = '\0';
+	if (worst->removed)
+		length = snprintf(text, size, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed, sides);
+	if (worst->unbelievable)
+		snprintf(text + length, size - (size_t)length, "%s%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
+		                                               "right-hand side explains, the cloud does not resolve the surface or the source",
+		         length ? "; " : "", worst->unbelievable, sides, worst->energy);
+}
+
 static gnp_status add_report(const struct work *work, const struct options *o, const struct gnp_task *task, struct gnp_values *report,
                              struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
 	const struct gnp_common_facts facts = {.normals_estimated = info.normals_estimated != 0};
-	size_t removed = 0, iterations = 0;
-	double residual = 0;
-	char warning[160];
-	for (size_t s = 0; s < work->sides; s++) {
-		removed += work->reports[s].mean_removed != 0;
-		iterations = work->reports[s].iterations > iterations ? work->reports[s].iterations : iterations;
-		residual = work->reports[s].residual > residual ? work->reports[s].residual : residual;
-	}
-	snprintf(warning, sizeof warning, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", removed, work->sides);
+	const struct worst worst = worst_of(work);
+	char warning[400];
+	write_warning(&worst, work->sides, warning, sizeof warning);
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "right_hand_sides", (int64_t)work->sides, error);
 	if (status == GNP_OK)
-		status = gnp_values_add_integer(report, "iterations", (int64_t)iterations, error);
+		status = gnp_values_add_integer(report, "iterations", (int64_t)worst.iterations, error);
 	if (status == GNP_OK)
-		status = gnp_values_add_number(report, "residual", residual, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, removed ? warning : NULL, task, report, error) : status;
+		status = gnp_values_add_number(report, "residual", worst.residual, error);
+	if (status == GNP_OK && isfinite(worst.energy))
+		status = gnp_values_add_number(report, "energy", worst.energy, error);
+	return status == GNP_OK ? gnp_common_report_end(&facts, warning[0] ? warning : NULL, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

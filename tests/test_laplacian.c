@@ -213,6 +213,7 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	o.drop = NAN;
 	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "drop: got ");
 	o = good;
+	o.degree = 4;
 	o.neighbors = 14;
 	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "neighbors: got 14, need at least 15 for degree 4");
 	o.neighbors = -1;

@@ -1,3 +1,4 @@
+#include "energy.h"
 #include "linalg.h"
 #include "manufactured.h"
 #include "poisson.h"
@@ -69,6 +70,7 @@ static void every_system_and_solver_finds_the_manufactured_solution(void)
 				CHECK_AT_MOST(report.residual, solver == GNP_SOLVER_DIRECT ? 1e-9 : 1e-8);
 				CHECK_AT_MOST((double)report.iterations, solver == GNP_SOLVER_DIRECT ? 2 : 120);
 				CHECK_AT_MOST(report.misfit, system == GNP_SYSTEM_SQUARE ? 1e-7 : 1e-2);
+				CHECK_NEAR(report.energy, 1, 0.02);
 			}
 }
 
@@ -89,7 +91,32 @@ static void a_screened_equation_keeps_its_mean(void)
 			options.screening = 3;
 			CHECK_AT_MOST(error_on("torus", 6000, &options, &report), 2e-4);
 			CHECK(report.mean == 0 && !report.mean_removed);
+			CHECK_NEAR(report.energy, 1, 0.02);
 		}
+}
+
+/* Too few points for so rough a surface, and noise on them: the solution is several times too large, and its energy says so. */
+static void an_unresolved_cloud_is_told_by_the_energy(void)
+{
+	enum { N = 3000 };
+	struct gnp_shape *shape = NULL;
+	struct gnp_sample sample;
+	struct gnp_poisson_options options = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_AUTO);
+	struct gnp_poisson_report report;
+	double *value = malloc(3 * N * sizeof *value), *source = value + N, *solution = value + 2 * N;
+	options.laplacian.domain.project = true;
+	CHECK(gnp_shape_create("radial", 1, 22, &shape, NULL) == GNP_OK);
+	CHECK(gnp_sample_create(shape, &(struct gnp_sample_options){.count = N, .seed = 3, .noise = 1e-3}, pool, NULL, &sample, NULL) == GNP_OK);
+	struct gnp_cloud cloud = cloud_of(&sample);
+	truth_of(&sample, 0, value, source);
+	struct gnp_poisson *poisson = prepare(&cloud, &options);
+	CHECK(gnp_poisson_solve(poisson, source, NULL, 1, pool, NULL, solution, &report, NULL) == GNP_OK);
+	CHECK(relative_error_without_mean(solution, value, N) > 1);
+	CHECK(!(report.energy >= GNP_ENERGY_LEAST && report.energy <= GNP_ENERGY_MOST));
+	gnp_poisson_release(poisson);
+	gnp_sample_clear(&sample);
+	gnp_shape_free(shape);
+	free(value);
 }
 
 /* Half of the torus is given: the other half must fit on to it. */
@@ -335,6 +362,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(every_system_and_solver_finds_the_manufactured_solution),
 	                                    TEST(the_solution_converges_with_order_three), TEST(a_screened_equation_keeps_its_mean),
+	                                    TEST(an_unresolved_cloud_is_told_by_the_energy),
 	                                    TEST(fixed_points_keep_their_values), TEST(each_part_of_a_cloud_has_a_mean_of_its_own),
 	                                    TEST(outliers_are_dropped_and_answered), TEST(the_mean_is_zero_as_asked), TEST(many_right_hand_sides_are_solved_as_one_is),
 	                                    TEST(any_number_of_workers_gives_the_same_bytes), TEST(bad_input_is_refused_by_name),

@@ -315,12 +315,12 @@ void gnp_pde_table_write_markdown(const struct gnp_pde_table *table, FILE *out)
 	static const struct style bars = {"| ", " | ", " |"};
 	fprintf(out, "# The Laplace-Beltrami PDE: the paper's Table 2\n\n"
 	             "Written by `make validate-pde`. Delta u = -f on %zu points, relative L2 error of u without its mean, averaged over %zu solutions u =\n"
-	             "U restricted to the surface: U is a sum of %d waves of wave numbers up to %d pi in each direction, f follows exactly. The first three\n"
-	             "shapes are exact stand-ins for the paper's meshes, the radial manifold stands in for its cow, so that its figures beside ours are of\n"
+	             "U restricted to the surface: U is a Fourier series of period 2 with all modes up to %d in each direction and coefficients\n"
+	             "N(0, 1) / |m|^2, so that f, which follows exactly, has the flat spectrum the paper draws f with. The first three shapes are exact stand-ins for the paper's meshes, the radial manifold stands in for its cow, so that its figures beside ours are of\n"
 	             "other shapes and other right-hand sides: orders of magnitude compare, digits do not. Under outliers and noise points are filtered\n"
 	             "and projected by `gnp` first, as in the paper. `geometry` says whose normals; functions are fitted with degree 4. Seconds are means\n"
 	             "over the shapes.\n\n",
-	        table->points, table->solutions, GNP_PDE_WAVES, GNP_PDE_MODES);
+	        table->points, table->solutions, GNP_PDE_MODES);
 	write_head(&bars, out);
 	fprintf(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n");
 	write_rows(table, &bars, out);

@@ -2,62 +2,103 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "memory.h"
 #include "random.h"
 #include "vector.h"
 
-struct wave {
-	double k[3], square, phase, size;
+enum { WIDE = GNP_PDE_SOLUTIONS_MAX, SIDE = 2 * GNP_PDE_MODES + 1 };
+
+static const double pi = 3.14159265358979324;
+
+/* One mode of the half of them that stands for all: m and -m are one cosine and one sine. */
+struct mode {
+	int index[3];                        /* m + GNP_PDE_MODES */
+	double k[3], square;                 /* pi m, |pi m|^2 */
+	double cosine[WIDE], sine[WIDE];     /* coefficients of each solution */
 };
 
-static void draw(uint64_t seed, size_t solution, struct wave *waves)
+static bool first_half(const int m[3])
 {
-	static const double pi = 3.14159265358979324;
-	struct gnp_random random;
-	gnp_random_seed(&random, seed, solution);
-	for (size_t w = 0; w < GNP_PDE_WAVES; w++) {
-		struct wave *wave = &waves[w];
-		do {
-			for (int c = 0; c < 3; c++)
-				wave->k[c] = pi * ((double)gnp_random_below(&random, 2 * GNP_PDE_MODES + 1) - GNP_PDE_MODES);
-			wave->square = gnp_dot(wave->k, wave->k);
-		} while (!(wave->square > 0));
-		wave->phase = 2 * pi * gnp_random_uniform(&random);
-		wave->size = gnp_random_normal(&random) * pi * pi / wave->square;
+	return m[0] != 0 ? m[0] > 0 : m[1] != 0 ? m[1] > 0 : m[2] > 0;
+}
+
+static size_t draw(uint64_t seed, size_t solutions, struct mode *modes)
+{
+	size_t count = 0;
+	struct gnp_random random[WIDE];
+	for (size_t s = 0; s < solutions; s++)
+		gnp_random_seed(&random[s], seed, s);
+	for (int i = 0; i < SIDE * SIDE * SIDE; i++) {
+		const int m[3] = {i / (SIDE * SIDE) - GNP_PDE_MODES, i / SIDE % SIDE - GNP_PDE_MODES, i % SIDE - GNP_PDE_MODES};
+		if (!first_half(m))
+			continue;
+		struct mode *mode = &modes[count++];
+		*mode = (struct mode){.square = 0};
+		for (int c = 0; c < 3; c++) {
+			mode->index[c] = m[c] + GNP_PDE_MODES;
+			mode->k[c] = pi * m[c];
+		}
+		mode->square = gnp_dot(mode->k, mode->k);
+		for (size_t s = 0; s < solutions; s++) {
+			mode->cosine[s] = gnp_random_normal(&random[s]) * pi * pi / mode->square;
+			mode->sine[s] = gnp_random_normal(&random[s]) * pi * pi / mode->square;
+		}
 	}
+	return count;
 }
 
 struct work {
 	const struct gnp_sample *sample;
-	const struct wave *waves; /* (count, GNP_PDE_WAVES) */
-	size_t count;
-	double *value, *source;
+	const struct mode *modes; /* (mode_count) */
+	size_t mode_count, solutions;
+	double *value, *source;   /* (points, solutions) */
 };
 
-static void evaluate(const struct wave *waves, const double x[3], const double n[3], double mean_curvature, double *value, double *source)
+struct turn {
+	double c, s;
+};
+
+static struct turn turn_by(struct turn a, struct turn b)
 {
-	double u = 0, along = 0, second = 0;
-	for (size_t w = 0; w < GNP_PDE_WAVES; w++) {
-		const struct wave *wave = &waves[w];
-		double angle = gnp_dot(wave->k, x) + wave->phase, kn = gnp_dot(wave->k, n), s = wave->size * sin(angle);
-		u += s;
-		along += wave->size * cos(angle) * kn;
-		second -= s * (wave->square - kn * kn);
+	return (struct turn){a.c * b.c - a.s * b.s, a.c * b.s + a.s * b.c};
+}
+
+/* cos and sin of pi m x for m in -GNP_PDE_MODES..GNP_PDE_MODES. */
+static void tabulate(double x, struct turn table[SIDE])
+{
+	for (int i = 0; i < SIDE; i++)
+		table[i] = (struct turn){cos(pi * (i - GNP_PDE_MODES) * x), sin(pi * (i - GNP_PDE_MODES) * x)};
+}
+
+static void evaluate(const struct work *work, size_t point)
+{
+	const struct gnp_sample *sample = work->sample;
+	const double *x = sample->exact + 3 * point, *n = sample->normals + 3 * point, twice = 2 * sample->mean_curvature[point];
+	struct turn tables[3][SIDE];
+	double u[WIDE] = {0}, f[WIDE] = {0};
+	for (int c = 0; c < 3; c++)
+		tabulate(x[c], tables[c]);
+	for (size_t i = 0; i < work->mode_count; i++) {
+		const struct mode *mode = &work->modes[i];
+		struct turn t = turn_by(turn_by(tables[0][mode->index[0]], tables[1][mode->index[1]]), tables[2][mode->index[2]]);
+		double along = gnp_dot(mode->k, n), tangential = mode->square - along * along;
+		struct turn minus_laplacian = {tangential * t.c + twice * along * t.s, tangential * t.s - twice * along * t.c};
+		for (int s = 0; s < WIDE; s++) {
+			u[s] += mode->cosine[s] * t.c + mode->sine[s] * t.s;
+			f[s] += mode->cosine[s] * minus_laplacian.c + mode->sine[s] * minus_laplacian.s;
+		}
 	}
-	*value = u;
-	*source = -(second + 2 * mean_curvature * along);
+	memcpy(work->value + point * work->solutions, u, work->solutions * sizeof *u);
+	memcpy(work->source + point * work->solutions, f, work->solutions * sizeof *f);
 }
 
 static gnp_status evaluate_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct work *work = context;
-	const struct gnp_sample *sample = work->sample;
 	(void)scratch, (void)error;
 	for (size_t i = begin; i < end; i++)
-		for (size_t s = 0; s < work->count; s++)
-			evaluate(work->waves + s * GNP_PDE_WAVES, sample->exact + 3 * i, sample->normals + 3 * i, sample->mean_curvature[i],
-			         &work->value[i * work->count + s], &work->source[i * work->count + s]);
+		evaluate(context, i);
 	return GNP_OK;
 }
 
@@ -65,13 +106,13 @@ gnp_status gnp_pde_truth(const struct gnp_sample *sample, uint64_t seed, size_t 
                          double *value, double *source, struct gnp_error *error)
 {
 	enum { POINTS_A_CHUNK = 256 };
-	struct wave *waves = gnp_array_new(count, GNP_PDE_WAVES * sizeof *waves);
-	if (!waves)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "truth: no memory for %zu solutions", count);
-	for (size_t s = 0; s < count; s++)
-		draw(seed, s, waves + s * GNP_PDE_WAVES);
-	struct work work = {sample, waves, count, value, source};
+	if (count < 1 || count > WIDE)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "solutions: got %zu, need 1..%d", count, WIDE);
+	struct mode *modes = gnp_array_new((SIDE * SIDE * SIDE - 1) / 2, sizeof *modes);
+	if (!modes)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "truth: no memory for the modes");
+	struct work work = {sample, modes, draw(seed, count, modes), count, value, source};
 	gnp_status status = gnp_pool_run(pool, task, sample->count, POINTS_A_CHUNK, evaluate_chunk, &work, error);
-	free(waves);
+	free(modes);
 	return status;
 }
