@@ -67,7 +67,7 @@ static gnp_status factor(const struct gnp_geodesic *geodesic, const double *adde
 	struct gnp_lu_plan plan;
 	gnp_status status = gnp_volume_matrix(&geodesic->stiffness, added, NULL, &matrix, error);
 	if (status == GNP_OK)
-		status = gnp_lu_plan_make(&matrix, geodesic->domain.prepared.points, pool, task, &plan, error);
+		status = gnp_lu_plan_make(&matrix, true, geodesic->domain.prepared.points, pool, task, &plan, error);
 	if (status == GNP_OK)
 		status = gnp_lu_factor_take(&matrix, &plan, pool, task, lu, error);
 	gnp_csr_clear(&matrix);

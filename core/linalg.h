@@ -35,6 +35,21 @@ void gnp_linalg_solve_upper(size_t n, size_t r, const double *t, size_t ldt, dou
 /* B (m, n) = B T^-1, T the upper triangle of t. */
 void gnp_linalg_solve_upper_right(size_t m, size_t n, const double *t, size_t ldt, double *b, size_t ldb);
 
+/* C (m, n) -= A^T B, A (k, m), B (k, n). */
+void gnp_linalg_subtract_transposed_product(size_t m, size_t n, size_t k, const double *a, size_t lda, const double *b, size_t ldb,
+                                            double *c, size_t ldc);
+
+/* The lower trapezoid of C (m, n), m >= n: C -= A B^T, A (m, k), B the first n rows of A. What lies above C's diagonal stays. */
+void gnp_linalg_subtract_square(size_t m, size_t n, size_t k, const double *a, size_t lda, double *c, size_t ldc);
+
+/* A = L L^T of the lower triangle of A (n, n), in place. Returns n, or the number of pivots above `smallest` (the square of L's diagonal) before
+ * one that is not, also where it is no number. */
+size_t gnp_linalg_cholesky(size_t n, double *a, size_t lda, double smallest);
+
+/* B (n, r) = L^-1 B, or L^-T B where transposed; B (m, n) = B L^-T. */
+void gnp_linalg_solve_cholesky(enum gnp_transpose transpose, size_t n, size_t r, const double *l, size_t ldl, double *b, size_t ldb);
+void gnp_linalg_solve_cholesky_right(size_t m, size_t n, const double *l, size_t ldl, double *b, size_t ldb);
+
 /* Eigenvalues (n) of a general A (n, n), column-major and destroyed, and right eigenvectors (n, n): a real one in column j, or the real and
  * imaginary part of a conjugate pair in columns j and j + 1. work (8 n) is spare. Returns 0, or LAPACK's complaint. */
 int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work);

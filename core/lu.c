@@ -8,14 +8,14 @@
 #include "lu_front.h"
 #include "memory.h"
 
-enum { COLUMNS_A_CHUNK = 96, RIGHT_SIDES_A_BLOCK = 8 };
-static const double smallest_pivot = 1e-14; /* rows are scaled to largest entries of 1 */
+enum { COLUMNS_A_CHUNK = GNP_LU_FRONT_COLUMNS, RIGHT_SIDES_A_BLOCK = 8 };
+static const double smallest_pivot = 1e-14; /* rows are scaled to largest entries of 1, symmetric matrices to a diagonal of 1 */
 
 struct gnp_lu {
 	struct gnp_lu_plan plan;
-	double *value;   /* panel and U12 of each supernode, from plan.value_start[s] */
+	double *value;   /* panel and, unless symmetric, U12 of each supernode, from plan.value_start[s] */
 	uint32_t *pivot; /* (n) within each front */
-	double *scale;   /* (n) factor of each row of the matrix */
+	double *scale;   /* (n) factor of each row of the matrix, and of each column where symmetric */
 };
 
 void gnp_lu_free(struct gnp_lu *lu)
@@ -46,7 +46,8 @@ static struct gnp_lu_front front_of(const struct numeric *work, size_t s)
 	const struct gnp_lu *lu = work->lu;
 	size_t rows = gnp_lu_plan_rows(&lu->plan, s), width = gnp_lu_plan_width(&lu->plan, s);
 	double *panel = lu->value + lu->plan.value_start[s];
-	return (struct gnp_lu_front){.rows = rows, .width = width, .border = rows - width, .panel = panel, .over = panel + rows * width,
+	return (struct gnp_lu_front){.symmetric = lu->plan.symmetric, .rows = rows, .width = width, .border = rows - width, .panel = panel,
+	                             .over = lu->plan.symmetric ? NULL : panel + rows * width,
 	                             .border_block = work->border[s], .pivot = lu->pivot + lu->plan.symbolic.first[s]};
 }
 
@@ -64,6 +65,22 @@ static size_t place_of(const struct gnp_symbolic *symbolic, size_t s, uint32_t s
 			high = middle;
 	}
 	return low - symbolic->row_start[s];
+}
+
+/* Entries on and below the diagonal whose column is a pivot here: as they stand in its row. */
+static void add_symmetric_entries(const struct numeric *work, size_t s, struct gnp_lu_front *front)
+{
+	const struct gnp_lu *lu = work->lu;
+	const struct gnp_symbolic *symbolic = &lu->plan.symbolic;
+	for (uint32_t k = symbolic->first[s]; k < symbolic->first[s + 1]; k++) {
+		size_t i = symbolic->order[k];
+		double *column = front->panel + (k - symbolic->first[s]) * front->rows;
+		for (size_t e = work->matrix->row_offsets[i]; e < work->matrix->row_offsets[i + 1]; e++) {
+			uint32_t j = work->matrix->column[e], step = lu->plan.step[j];
+			if (step >= k)
+				column[place_of(symbolic, s, step)] += lu->scale[i] * lu->scale[j] * work->matrix->value[e];
+		}
+	}
 }
 
 /* Entries of the matrix whose row or column is a pivot here and the other no earlier one. */
@@ -105,7 +122,10 @@ static gnp_status open_front(struct numeric *work, size_t s, struct gnp_lu_front
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for a front of %zu rows", gnp_lu_plan_rows(plan, s));
 	*front = front_of(work, s);
 	memset(front->panel, 0, (plan->value_start[s + 1] - plan->value_start[s]) * sizeof(double));
-	add_entries(work, s, front);
+	if (front->symmetric)
+		add_symmetric_entries(work, s, front);
+	else
+		add_entries(work, s, front);
 	return GNP_OK;
 }
 
@@ -230,6 +250,17 @@ static gnp_status factor(struct numeric *work, struct gnp_pool *pool, struct gnp
 	return status;
 }
 
+/* To a diagonal of 1. */
+static void scale_symmetric(const struct gnp_csr *matrix, double *scale)
+{
+	for (size_t i = 0; i < matrix->rows; i++) {
+		double diagonal = 0;
+		for (size_t e = matrix->row_offsets[i]; e < matrix->row_offsets[i + 1]; e++)
+			diagonal += matrix->column[e] == i ? matrix->value[e] : 0;
+		scale[i] = diagonal > 0 ? 1 / sqrt(diagonal) : 1;
+	}
+}
+
 /* Each row by its largest entry. */
 static void scale_rows(const struct gnp_csr *matrix, double *scale)
 {
@@ -248,7 +279,7 @@ gnp_status gnp_lu_factor_take(const struct gnp_csr *matrix, struct gnp_lu_plan *
 	struct gnp_csr turned = {.rows = 0};
 	struct gnp_lu *lu = gnp_array_zero(1, sizeof *lu);
 	double **border = gnp_array_zero(supernodes, sizeof *border);
-	gnp_status status = gnp_csr_transpose(matrix, &turned, error);
+	gnp_status status = plan->symmetric ? GNP_OK : gnp_csr_transpose(matrix, &turned, error);
 	if (!lu) {
 		gnp_lu_plan_clear(plan);
 	} else {
@@ -262,7 +293,10 @@ gnp_status gnp_lu_factor_take(const struct gnp_csr *matrix, struct gnp_lu_plan *
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for %zu unknowns", n);
 	if (status == GNP_OK) {
 		struct numeric work = {lu, matrix, &turned, border, task};
-		scale_rows(matrix, lu->scale);
+		if (lu->plan.symmetric)
+			scale_symmetric(matrix, lu->scale);
+		else
+			scale_rows(matrix, lu->scale);
 		status = factor(&work, pool, error);
 	}
 	gnp_csr_clear(&turned);
@@ -313,8 +347,12 @@ static void forward(const struct solution *work, size_t s)
 				*to += from[b * passed + i];
 			}
 	}
-	exchange(lu->pivot + symbolic->first[s], width, own, n, work->count);
-	gnp_linalg_solve_lower(width, work->count, panel, rows, own, n);
+	if (plan->symmetric) {
+		gnp_linalg_solve_cholesky(GNP_PLAIN, width, work->count, panel, rows, own, n);
+	} else {
+		exchange(lu->pivot + symbolic->first[s], width, own, n, work->count);
+		gnp_linalg_solve_lower(width, work->count, panel, rows, own, n);
+	}
 	gnp_linalg_subtract_product(border, work->count, width, panel + width, rows, own, n, carry, border);
 }
 
@@ -329,8 +367,13 @@ static void backward(const struct solution *work, size_t s)
 	for (size_t b = 0; b < work->count; b++)
 		for (size_t i = 0; i < border; i++)
 			later[b * border + i] = work->x[b * n + symbolic->row[symbolic->row_start[s] + width + i]];
-	gnp_linalg_subtract_product(width, work->count, border, panel + rows * width, width, later, border, own, n);
-	gnp_linalg_solve_upper(width, work->count, panel, rows, own, n);
+	if (plan->symmetric) {
+		gnp_linalg_subtract_transposed_product(width, work->count, border, panel + width, rows, later, border, own, n);
+		gnp_linalg_solve_cholesky(GNP_TRANSPOSED, width, work->count, panel, rows, own, n);
+	} else {
+		gnp_linalg_subtract_product(width, work->count, border, panel + rows * width, width, later, border, own, n);
+		gnp_linalg_solve_upper(width, work->count, panel, rows, own, n);
+	}
 }
 
 static gnp_status forward_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -381,7 +424,7 @@ static gnp_status solve_block(struct solution *work, double *x, struct gnp_pool 
 	gnp_status status = sweep(work, pool, error);
 	for (size_t b = 0; b < work->count; b++)
 		for (size_t k = 0; k < n; k++)
-			x[b * n + order[k]] = work->x[b * n + k];
+			x[b * n + order[k]] = (lu->plan.symmetric ? lu->scale[order[k]] : 1) * work->x[b * n + k];
 	return status;
 }
 

@@ -1,5 +1,5 @@
-/* Sparse LU of matrices whose unknowns sit at points of a surface: multifrontal (Duff & Reid 1983), rows exchanged within
- * supernodes, in parallel over subtrees and within the fronts above them.
+/* Sparse LU of matrices whose unknowns sit at points of a surface, L L^T where the plan says that they are symmetric and positive definite:
+ * multifrontal (Duff & Reid 1983), rows exchanged within supernodes, in parallel over subtrees and within the fronts above them.
  *
  * For the collocation matrices here, which are nearly symmetric in structure and heavy on the diagonal; accuracy is what
  * pivoting within supernodes gives, which a step of refinement by the caller makes full. */

@@ -4,9 +4,25 @@
 
 #include "linalg.h"
 
+/* The lower triangle: places ascend, so what is below the diagonal stays below it. */
+static void add_symmetric(struct gnp_lu_front *front, const double *block, size_t border, const uint32_t *place, size_t begin, size_t end)
+{
+	for (size_t j = begin; j < end; j++) {
+		const double *from = block + j * border;
+		bool own = place[j] < front->width;
+		double *to = own ? front->panel + place[j] * front->rows : front->border_block + (place[j] - front->width) * front->border - front->width;
+		for (size_t i = j; i < border; i++)
+			to[place[i]] += from[i];
+	}
+}
+
 void gnp_lu_front_add(struct gnp_lu_front *front, const double *block, size_t border, const uint32_t *place, size_t begin, size_t end)
 {
 	size_t inner = 0; /* rows that land on pivots */
+	if (front->symmetric) {
+		add_symmetric(front, block, border, place, begin, end);
+		return;
+	}
 	while (inner < border && place[inner] < front->width)
 		inner++;
 	for (size_t j = begin; j < end; j++) {
@@ -76,17 +92,35 @@ static size_t factor_tall(double *a, size_t leading, size_t rows, size_t columns
 
 size_t gnp_lu_front_pivot(struct gnp_lu_front *front, double smallest)
 {
+	if (front->symmetric)
+		return gnp_linalg_cholesky(front->width, front->panel, front->rows, smallest);
 	return factor_tall(front->panel, front->rows, front->width, front->width, smallest, front->pivot);
 }
 
 void gnp_lu_front_rows(struct gnp_lu_front *front, size_t begin, size_t end)
 {
-	gnp_linalg_solve_upper_right(end - begin, front->width, front->panel, front->rows, front->panel + front->width + begin,
-	                             front->rows);
+	double *rows = front->panel + front->width + begin;
+	if (front->symmetric)
+		gnp_linalg_solve_cholesky_right(end - begin, front->width, front->panel, front->rows, rows, front->rows);
+	else
+		gnp_linalg_solve_upper_right(end - begin, front->width, front->panel, front->rows, rows, front->rows);
+}
+
+static void square_columns(struct gnp_lu_front *front, size_t begin, size_t end)
+{
+	for (size_t next; begin < end; begin = next) {
+		next = end - begin > GNP_LU_FRONT_COLUMNS ? begin + GNP_LU_FRONT_COLUMNS : end;
+		gnp_linalg_subtract_square(front->border - begin, next - begin, front->width, front->panel + front->width + begin, front->rows,
+		                           front->border_block + begin * front->border + begin, front->border);
+	}
 }
 
 void gnp_lu_front_columns(struct gnp_lu_front *front, size_t begin, size_t end)
 {
+	if (front->symmetric) {
+		square_columns(front, begin, end);
+		return;
+	}
 	double *over = front->over + begin * front->width, *block = front->border_block + begin * front->border;
 	for (size_t k = 0; k < front->width; k++)
 		exchange_rows(over, front->width, end - begin, k, front->pivot[k]);

@@ -114,7 +114,7 @@ static size_t border_entries(const struct gnp_lu_plan *plan, size_t s)
 static double front_operations(const struct gnp_lu_plan *plan, size_t s)
 {
 	double w = (double)gnp_lu_plan_width(plan, s), b = (double)gnp_lu_plan_rows(plan, s) - w;
-	return 2 * w * w * w / 3 + 2 * w * w * b + 2 * w * b * b;
+	return (2 * w * w * w / 3 + 2 * w * w * b + 2 * w * b * b) / (plan->symmetric ? 2 : 1);
 }
 
 /* Subtrees are runs of supernodes in their postorder. peak: of each subtree while one worker makes it, in entries. */
@@ -190,7 +190,7 @@ static gnp_status lay_out(struct gnp_lu_plan *plan, unsigned workers, struct gnp
 		plan->value_start[0] = 0;
 		for (size_t s = 0; s < supernodes; s++) {
 			size_t w = gnp_lu_plan_width(plan, s), rows = gnp_lu_plan_rows(plan, s);
-			plan->value_start[s + 1] = plan->value_start[s] + w * (2 * rows - w);
+			plan->value_start[s + 1] = plan->value_start[s] + w * (plan->symmetric ? rows : 2 * rows - w);
 		}
 		link_fronts(plan, spare);
 		list_children(plan, spare);
@@ -203,10 +203,10 @@ static gnp_status lay_out(struct gnp_lu_plan *plan, unsigned workers, struct gnp
 	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory to plan %zu unknowns", n);
 }
 
-gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, const double *points, struct gnp_pool *pool, struct gnp_task *task,
+gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *pool, struct gnp_task *task,
                             struct gnp_lu_plan *out, struct gnp_error *error)
 {
-	struct gnp_lu_plan plan = {.subtrees = 0};
+	struct gnp_lu_plan plan = {.symmetric = symmetric};
 	struct gnp_csr pattern;
 	gnp_status status = symmetric_pattern(matrix, &pattern, error);
 	if (status != GNP_OK)

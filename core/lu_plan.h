@@ -2,12 +2,15 @@
 #ifndef GNP_CORE_LU_PLAN_H
 #define GNP_CORE_LU_PLAN_H
 
+#include <stdbool.h>
+
 #include "sparse.h"
 
 #define GNP_LU_NONE UINT32_MAX
 
 /* Owned; freed by gnp_lu_plan_clear. A supernode's front has its own `width` pivots and `border` rows and columns that wait for later ones. */
 struct gnp_lu_plan {
+	bool symmetric;        /* and positive definite: half of everything */
 	struct gnp_symbolic symbolic;
 	uint32_t *step;        /* (n) inverse of the order */
 	uint32_t *parent;      /* (supernodes) whose front takes in this one's border; GNP_LU_NONE at roots */
@@ -23,8 +26,8 @@ struct gnp_lu_plan {
 	size_t peak_bytes;     /* while it is made by as many workers as the plan was made for */
 };
 
-/* matrix (n, n) need not be symmetric in structure. points (n, 3): where the unknowns are (dissection.h). */
-gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, const double *points, struct gnp_pool *pool, struct gnp_task *task,
+/* matrix (n, n) need not be symmetric in structure, unless the caller says that it is symmetric and positive definite. points (n, 3): where the unknowns are (dissection.h). */
+gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *pool, struct gnp_task *task,
                             struct gnp_lu_plan *out, struct gnp_error *error);
 void gnp_lu_plan_clear(struct gnp_lu_plan *plan);
 

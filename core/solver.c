@@ -49,12 +49,12 @@ static gnp_status too_large(const struct gnp_lu_plan *plan, size_t memory_limit,
 }
 
 /* fits (may be NULL: then it must) says whether the limit allows the factor. */
-static gnp_status factor(const struct gnp_csr *matrix, const double *points, size_t memory_limit, struct gnp_pool *pool,
+static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit, struct gnp_pool *pool,
                          struct gnp_task *task, bool *fits, struct gnp_lu **lu, struct gnp_error *error)
 {
 	struct gnp_lu_plan plan;
 	gnp_task_stage(task, GNP_STAGE_FACTOR, 0);
-	gnp_status status = gnp_lu_plan_make(matrix, points, pool, task, &plan, error);
+	gnp_status status = gnp_lu_plan_make(matrix, symmetric, points, pool, task, &plan, error);
 	if (status != GNP_OK)
 		return status;
 	bool allowed = memory_limit == 0 || plan.peak_bytes <= memory_limit;
@@ -84,8 +84,9 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 	double *points = kept_points(equation, domain->prepared.points);
 	if (!points)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for %zu unknowns", equation->unknowns);
-	gnp_status status = factor(is_square(equation) ? &equation->matrix : &equation->normal, points, memory_limit, pool, task, fits,
-	                           &solver->lu, error);
+	bool square = is_square(equation);
+	gnp_status status = factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->lu,
+	                           error);
 	free(points);
 	solver->kind = GNP_SOLVER_DIRECT;
 	return status;
@@ -137,7 +138,7 @@ static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_dom
 		status = gnp_volume_matrix(&stiffness, added, equation->given, &matrix, error);
 	}
 	if (status == GNP_OK)
-		status = factor(&matrix, kept.points, memory_limit, pool, task, NULL, &solver->lu, error);
+		status = factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->lu, error);
 	gnp_prepared_clear(&kept);
 	gnp_stiffness_clear(&stiffness);
 	gnp_csr_clear(&matrix);

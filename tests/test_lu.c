@@ -31,16 +31,32 @@ static struct gnp_csr grid_matrix(size_t side, double *points)
 	return matrix;
 }
 
-static struct gnp_lu *factor_of(const struct gnp_csr *matrix, const double *points, struct gnp_pool *workers)
+/* A^T A of it. */
+static struct gnp_csr square_matrix(size_t side, double *points)
+{
+	struct gnp_csr matrix = grid_matrix(side, points), turned, square;
+	CHECK(gnp_csr_transpose(&matrix, &turned, NULL) == GNP_OK);
+	CHECK(gnp_csr_product(&turned, &matrix, pool, NULL, &square, NULL) == GNP_OK);
+	gnp_csr_clear(&matrix);
+	gnp_csr_clear(&turned);
+	return square;
+}
+
+static struct gnp_lu *factor_as(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *workers)
 {
 	struct gnp_lu_plan plan;
 	struct gnp_lu *lu = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_lu_plan_make(matrix, points, workers, NULL, &plan, &error) == GNP_OK);
+	CHECK(gnp_lu_plan_make(matrix, symmetric, points, workers, NULL, &plan, &error) == GNP_OK);
 	if (gnp_lu_factor_take(matrix, &plan, workers, NULL, &lu, &error) != GNP_OK)
 		fprintf(stderr, "%s\n", error.text);
 	CHECK(lu);
 	return lu;
+}
+
+static struct gnp_lu *factor_of(const struct gnp_csr *matrix, const double *points, struct gnp_pool *workers)
+{
+	return factor_as(matrix, false, points, workers);
 }
 
 static void check_solves(const struct gnp_csr *matrix, const struct gnp_lu *lu, size_t count)
@@ -97,15 +113,15 @@ static void exchanges_rows_where_the_diagonal_is_zero(void)
 	gnp_csr_clear(&matrix);
 }
 
-static void any_number_of_workers_gives_the_same_bytes(void)
+static void check_workers(bool symmetric)
 {
 	enum { SIDE = 50, N = SIDE * SIDE };
 	double *points = malloc(3 * N * sizeof *points), *x = malloc(N * sizeof *x), *first = malloc(N * sizeof *first);
-	struct gnp_csr matrix = grid_matrix(SIDE, points);
+	struct gnp_csr matrix = symmetric ? square_matrix(SIDE, points) : grid_matrix(SIDE, points);
 	for (unsigned workers = 1; workers <= 3; workers++) {
 		struct gnp_pool *some;
 		CHECK(gnp_pool_create(workers, &some, NULL) == GNP_OK);
-		struct gnp_lu *lu = factor_of(&matrix, points, some);
+		struct gnp_lu *lu = factor_as(&matrix, symmetric, points, some);
 		for (int i = 0; i < N; i++)
 			x[i] = cos(i);
 		CHECK(gnp_lu_solve(lu, x, 1, some, NULL, NULL) == GNP_OK);
@@ -121,12 +137,37 @@ static void any_number_of_workers_gives_the_same_bytes(void)
 	free(first);
 }
 
-static void refuse(struct gnp_csr *matrix, const double *points, struct gnp_task *task, gnp_status status, const char *text)
+static void any_number_of_workers_gives_the_same_bytes(void)
+{
+	check_workers(false);
+	check_workers(true);
+}
+
+static void symmetric_matrices_take_half(void)
+{
+	static const size_t sides[] = {1, 2, 7, 12, 40};
+	for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
+		double *points = malloc(3 * sides[k] * sides[k] * sizeof *points);
+		struct gnp_csr matrix = square_matrix(sides[k], points);
+		struct gnp_lu *half = factor_as(&matrix, true, points, pool), *whole = factor_of(&matrix, points, pool);
+		check_solves(&matrix, half, 1);
+		check_solves(&matrix, half, 3);
+		check_solves(&matrix, half, 19);
+		if (sides[k] == 40)
+			CHECK_AT_MOST((double)gnp_lu_bytes(half), 0.65 * (double)gnp_lu_bytes(whole));
+		gnp_lu_free(half);
+		gnp_lu_free(whole);
+		gnp_csr_clear(&matrix);
+		free(points);
+	}
+}
+
+static void refuse(struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_task *task, gnp_status status, const char *text)
 {
 	struct gnp_lu_plan plan;
 	struct gnp_lu *lu = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_lu_plan_make(matrix, points, pool, NULL, &plan, NULL) == GNP_OK);
+	CHECK(gnp_lu_plan_make(matrix, symmetric, points, pool, NULL, &plan, NULL) == GNP_OK);
 	CHECK(gnp_lu_factor_take(matrix, &plan, pool, task, &lu, &error) == status);
 	CHECK_CONTAINS(error.text, text);
 	CHECK(!lu);
@@ -140,13 +181,21 @@ static void singular_and_not_finite_matrices_are_refused(void)
 	struct gnp_task task;
 	gnp_task_init(&task);
 	gnp_task_stop(&task, GNP_DEADLINE);
-	refuse(&matrix, points, &task, GNP_DEADLINE, "");
+	refuse(&matrix, false, points, &task, GNP_DEADLINE, "");
 	matrix.value[700] = NAN;
-	refuse(&matrix, points, NULL, GNP_SINGULAR, "of 400, the matrix is singular or not finite");
+	refuse(&matrix, false, points, NULL, GNP_SINGULAR, "of 400, the matrix is singular or not finite");
 	for (size_t e = matrix.row_offsets[100]; e < matrix.row_offsets[101]; e++)
 		matrix.value[e] = 0;
 	matrix.value[700] = 0;
-	refuse(&matrix, points, NULL, GNP_SINGULAR, "system: no pivot above 1e-14 at step ");
+	refuse(&matrix, false, points, NULL, GNP_SINGULAR, "system: no pivot above 1e-14 at step ");
+	gnp_csr_clear(&matrix);
+	matrix = square_matrix(SIDE, points);
+	refuse(&matrix, true, points, &task, GNP_DEADLINE, "");
+	for (size_t e = 0; e < matrix.row_offsets[N]; e++)
+		matrix.value[e] = -matrix.value[e];
+	refuse(&matrix, true, points, NULL, GNP_SINGULAR, "system: no pivot above 1e-14 at step 1 of 400");
+	matrix.value[0] = NAN;
+	refuse(&matrix, true, points, NULL, GNP_SINGULAR, "system: no pivot above 1e-14 at step ");
 	gnp_csr_clear(&matrix);
 }
 
@@ -157,7 +206,7 @@ static void the_plan_knows_the_size_and_keeps_it_small(void)
 	double *points = malloc(3 * N * sizeof *points);
 	struct gnp_csr matrix = grid_matrix(SIDE, points);
 	struct gnp_lu_plan plan;
-	CHECK(gnp_lu_plan_make(&matrix, points, pool, NULL, &plan, NULL) == GNP_OK);
+	CHECK(gnp_lu_plan_make(&matrix, false, points, pool, NULL, &plan, NULL) == GNP_OK);
 	CHECK(plan.bytes < plan.peak_bytes);
 	CHECK_AT_MOST((double)plan.value_start[plan.symbolic.supernodes], 0.7 * 2 * SIDE * N);
 	size_t bytes = plan.bytes;
@@ -172,7 +221,7 @@ static void the_plan_knows_the_size_and_keeps_it_small(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(solves_what_the_matrix_multiplies), TEST(exchanges_rows_where_the_diagonal_is_zero),
-	                                    TEST(any_number_of_workers_gives_the_same_bytes),
+	                                    TEST(symmetric_matrices_take_half), TEST(any_number_of_workers_gives_the_same_bytes),
 	                                    TEST(singular_and_not_finite_matrices_are_refused),
 	                                    TEST(the_plan_knows_the_size_and_keeps_it_small)};
 	gnp_linalg_init();
