@@ -45,7 +45,7 @@ static gnp_status check_number(const char *name, double value, double least, dou
 static gnp_status check_options(const struct gnp_filter_options *options, struct gnp_error *error)
 {
 	if (!(options->alpha > 0 && options->alpha <= 1e100))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "alpha: got %g, need a number above 0", options->alpha);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "alpha: got %g, need a number above 0 and at most 1e100", options->alpha);
 	if (options->gross != 0 && !(options->gross >= 1 && options->gross <= 1e6))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
 	gnp_status status = check_number("cluster", options->cluster, 1, 1e6, error);

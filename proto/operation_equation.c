@@ -56,9 +56,8 @@ static int write_models(const struct gnp_call *call, const struct gnp_model *mod
 	return length;
 }
 
-void gnp_equation_key(const struct gnp_call *call, const struct gnp_equation_options *options, const char *word,
-                      const struct gnp_common_cloud *cloud, const unsigned char *mask, const double *extra, size_t extra_count,
-                      char key[GNP_SHA256_TEXT])
+static void write_key(const struct gnp_call *call, const struct gnp_equation_options *options, const char *word,
+                      const struct gnp_common_cloud *cloud, char key[GNP_SHA256_TEXT])
 {
 	const struct gnp_poisson_options *o = &options->core;
 	const struct gnp_laplacian_options *l = &o->laplacian;
@@ -68,29 +67,46 @@ void gnp_equation_key(const struct gnp_call *call, const struct gnp_equation_opt
 	                      e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->drop, l->degree,
 	                      l->neighbors, o->screening, o->solver, o->mean, o->tolerance, o->iterations);
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;
-	const void *data[] = {numbers, models, extra, mask, cloud->points, cloud->normals};
-	const size_t size[] = {(size_t)length, (size_t)named, extra_count * sizeof *extra, mask ? cloud->count : 0,
-	                       3 * cloud->count * sizeof(double), cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
+	const void *data[] = {numbers, models, o->fixed, cloud->points, cloud->normals};
+	const size_t size[] = {(size_t)length, (size_t)named, o->fixed ? cloud->count : 0, 3 * cloud->count * sizeof(double),
+	                       cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
 	gnp_sha256_text(data, size, sizeof size / sizeof *size, key);
 }
 
 /* ---- The operator ---- */
 
 struct making {
+	const struct gnp_equation_kind *kind;
 	const struct gnp_equation_options *options;
 	const struct gnp_common_cloud *cloud;
 	struct gnp_pool *pool;
 };
 
-static gnp_status make(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
+gnp_status gnp_equation_make_prepared(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
 {
 	const struct making *making = context;
 	const struct gnp_cloud cloud = {making->cloud->count, making->cloud->points, making->cloud->normals};
 	struct gnp_equation_options options = *making->options;
 	struct gnp_filter_options filter;
-	struct gnp_poisson *poisson;
 	gnp_equation_set_filter(&options, &filter);
-	gnp_status status = gnp_poisson_prepare(&cloud, &options.core, making->pool, task, &poisson, error);
+	return making->kind->make(&cloud, &options.core, making->pool, task, object, bytes, error);
+}
+
+gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_kind *kind, const struct gnp_equation_options *options,
+                            const struct gnp_common_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                            struct gnp_prepared_entry **entry, bool *found, struct gnp_error *error)
+{
+	struct making making = {kind, options, cloud, pool};
+	char key[GNP_SHA256_TEXT];
+	write_key(call, options, kind->word, cloud, key);
+	return gnp_prepared_get(call->cache, key, &kind->prepared, &making, task, entry, found, error);
+}
+
+static gnp_status make_poisson(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
+                               struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
+{
+	struct gnp_poisson *poisson;
+	gnp_status status = gnp_poisson_prepare(cloud, options, pool, task, &poisson, error);
 	if (status != GNP_OK)
 		return status;
 	*object = poisson;
@@ -98,21 +114,12 @@ static gnp_status make(void *context, struct gnp_task *task, void **object, size
 	return GNP_OK;
 }
 
-static void destroy(void *object)
+static void free_poisson(void *object)
 {
 	gnp_poisson_release(object);
 }
 
-gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_options *options, const struct gnp_common_cloud *cloud,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared_entry **entry, bool *found,
-                            struct gnp_error *error)
-{
-	static const struct gnp_prepared_kind kind = {make, destroy};
-	struct making making = {options, cloud, pool};
-	char key[GNP_SHA256_TEXT];
-	gnp_equation_key(call, options, "poisson", cloud, options->core.fixed, NULL, 0, key);
-	return gnp_prepared_get(call->cache, key, &kind, &making, task, entry, found, error);
-}
+const struct gnp_equation_kind gnp_equation_poisson = {"poisson", make_poisson, {gnp_equation_make_prepared, free_poisson}};
 
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error)
 {

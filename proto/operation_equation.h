@@ -49,15 +49,23 @@ size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *opt
 /* The filter of the domain, where it is asked for; options' domain then borrows it. */
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter);
 
-/* The digest of all that a prepared operator is made of. word: what kind; mask (count) may be NULL; extra: numbers of the operation's own. */
-void gnp_equation_key(const struct gnp_call *call, const struct gnp_equation_options *options, const char *word,
-                      const struct gnp_common_cloud *cloud, const unsigned char *mask, const double *extra, size_t extra_count,
-                      char key[GNP_SHA256_TEXT]);
+/* A kind of prepared operator. */
+struct gnp_equation_kind {
+	const char *word; /* its name among others with the same cloud and options */
+	gnp_status (*make)(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
+	                   void **object, size_t *bytes, struct gnp_error *error);
+	struct gnp_prepared_kind prepared; /* {gnp_equation_make_prepared, what frees it} */
+};
+gnp_status gnp_equation_make_prepared(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error);
 
-/* A Poisson operator of the cloud from the cache of the call, or made. options->core.fixed: mask or NULL. *found: it was there. */
-gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_options *options, const struct gnp_common_cloud *cloud,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared_entry **entry, bool *found,
-                            struct gnp_error *error);
+/* An operator of the cloud from the cache of the call, or made; its key is the digest of all that it is made of. options->core.fixed: mask or
+ * NULL. *found: it was there. */
+gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_kind *kind, const struct gnp_equation_options *options,
+                            const struct gnp_common_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                            struct gnp_prepared_entry **entry, bool *found, struct gnp_error *error);
+
+/* A struct gnp_poisson. */
+extern const struct gnp_equation_kind gnp_equation_poisson;
 
 /* An input (n) or (n, r) of the request as numbers (n, *sides); NULL where it is absent. Freed by the caller. */
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error);

@@ -44,21 +44,11 @@ static size_t memory(size_t points, const void *options)
 
 /* ---- The operator ---- */
 
-struct making {
-	const struct gnp_equation_options *options;
-	const struct gnp_common_cloud *cloud;
-	struct gnp_pool *pool;
-};
-
-static gnp_status make(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
+static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                       void **object, size_t *bytes, struct gnp_error *error)
 {
-	const struct making *making = context;
-	const struct gnp_cloud cloud = {making->cloud->count, making->cloud->points, making->cloud->normals};
-	struct gnp_equation_options options = *making->options;
-	struct gnp_filter_options filter;
 	struct gnp_geodesic *geodesic;
-	gnp_equation_set_filter(&options, &filter);
-	gnp_status status = gnp_geodesic_create(&cloud, &options.core.laplacian.domain, making->pool, task, &geodesic, error);
+	gnp_status status = gnp_geodesic_create(cloud, &options->laplacian.domain, pool, task, &geodesic, error);
 	if (status != GNP_OK)
 		return status;
 	*object = geodesic;
@@ -71,15 +61,7 @@ static void destroy(void *object)
 	gnp_geodesic_free(object);
 }
 
-static gnp_status get(const struct gnp_call *call, const struct options *o, const struct gnp_common_cloud *cloud, struct gnp_pool *pool,
-                      struct gnp_task *task, struct gnp_prepared_entry **entry, bool *found, struct gnp_error *error)
-{
-	static const struct gnp_prepared_kind kind = {make, destroy};
-	struct making making = {&o->equation, cloud, pool};
-	char key[GNP_SHA256_TEXT];
-	gnp_equation_key(call, &o->equation, "geodesic", cloud, NULL, NULL, 0, key);
-	return gnp_prepared_get(call->cache, key, &kind, &making, task, entry, found, error);
-}
+static const struct gnp_equation_kind kind = {"geodesic", make, {gnp_equation_make_prepared, destroy}};
 
 /* ---- Sources ---- */
 
@@ -136,7 +118,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	if (status == GNP_OK)
 		status = read_sources(call, o, cloud.count, &sources, &count, error);
 	if (status == GNP_OK)
-		status = get(call, o, &cloud, pool, task, &entry, &found, error);
+		status = gnp_equation_get(call, &kind, &o->equation, &cloud, pool, task, &entry, &found, error);
 	if (status == GNP_OK)
 		status = gnp_tensors_add(&response->outputs, outputs[0].name, GNP_FP64, 1, &cloud.count, &distance, error);
 	if (status == GNP_OK)

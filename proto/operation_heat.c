@@ -82,7 +82,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 		status = check_columns(sides, sources, error);
 	o.equation.core.screening = 1 / o.dt; /* as gnp_heat_prepare has it */
 	if (status == GNP_OK)
-		status = gnp_equation_get(call, &o.equation, &cloud, pool, task, &entry, &found, error);
+		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &cloud, pool, task, &entry, &found, error);
 	if (status == GNP_OK)
 		status = gnp_heat_step(gnp_prepared_object(entry), o.dt, (size_t)o.steps, source, NULL, sides, pool, task, u, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);

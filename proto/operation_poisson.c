@@ -50,7 +50,7 @@ static void defaults(void *options)
 
 static size_t memory(size_t points, const void *options)
 {
-	enum { SIDES = 8 }; /* counted in full once the source has been read, by its own body's bytes */
+	enum { SIDES = 8 }; /* more are paid for by the body they come in */
 	return gnp_equation_memory(points, &((const struct options *)options)->equation, SIDES);
 }
 
@@ -198,7 +198,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	gnp_status status = read_inputs(call, &work, error);
 	o.equation.core.fixed = work.fixed;
 	if (status == GNP_OK)
-		status = gnp_equation_get(call, &o.equation, &work.cloud, pool, task, &work.entry, &work.found, error);
+		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &work.cloud, pool, task, &work.entry, &work.found, error);
 	if (status == GNP_OK)
 		status = gnp_poisson_solve(gnp_prepared_object(work.entry), work.source, work.values, work.sides, pool, task, work.solution,
 		                           work.reports, error);
