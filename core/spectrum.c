@@ -220,11 +220,18 @@ static gnp_status allocate(size_t points, size_t count, struct gnp_spectrum *out
 	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "spectrum: no memory for %zu eigenvectors of %zu", count, points);
 }
 
+/* Memory that is not come to is not touched. */
+static size_t capacity_of(size_t count, size_t points)
+{
+	size_t generous = 6 * count + 128, most = points - 2 * BLOCK;
+	return (generous < most ? generous : most) / BLOCK * BLOCK;
+}
+
 static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t count, double tolerance, struct gnp_pool *pool,
                        struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
 {
 	struct arnoldi work = {.poisson = poisson, .pool = pool, .task = task, .n = gnp_poisson_info(poisson).points, .wanted = count,
-	                       .sigma = sigma, .capacity = (3 * count + 96) / BLOCK * BLOCK};
+	                       .sigma = sigma, .capacity = capacity_of(count, gnp_poisson_info(poisson).points)};
 	struct gnp_spectrum spectrum = {.count = 0};
 	double *block = NULL;
 	gnp_status status = take(&work, &block) ? allocate(work.n, count, &spectrum, error)

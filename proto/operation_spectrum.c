@@ -41,7 +41,7 @@ static void defaults(void *options)
 /* The basis of the iteration holds a few vectors for each that is wanted. */
 static size_t memory(size_t points, const void *options)
 {
-	enum { VECTORS = 4, BYTES = 8, SIDE = 40 };
+	enum { VECTORS = 7, BYTES = 8, SIDE = 40 };
 	const struct options *o = options;
 	return gnp_equation_memory(points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
 }
