@@ -105,10 +105,14 @@ $(OUT)/tests/fuzz/replay_%: $(OUT)/tests/fuzz/fuzz_%.o $(OUT)/tests/fuzz/replay.
 $(OUT)/tests/fuzz/fuzz_%: $(OUT)/tests/fuzz/fuzz_%.o $(LIB_SERVER)
 	$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 
+$(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
+	@mkdir -p $(@D)
+	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
+
 unit: $(TESTS) ## build and run the unit tests
 	tests/run-unit $(TESTS)
 
-test: all $(TESTS) $(REPLAYS) ## build and run everything; the last line is the count
+test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so ## build and run everything; the last line is the count
 	tests/run-all $(OUT)
 
 # libFuzzer is clang's: what is fuzzed is built by clang, in a folder of its own.

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "json_memory.h"
 #include "number.h"
 
 enum { DEPTH_MAX = 100, ENVELOPE_MAX = 1 << 20 };
@@ -130,7 +131,12 @@ gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const c
 		goto done;
 	}
 	json_error_t reason;
+	gnp_json_memory_begin();
 	json_t *root = json_loadb((const char *)c.envelope.data, c.envelope.size, JSON_REJECT_DUPLICATES, &reason);
+	if (!root && gnp_json_memory_failed()) {
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", c.envelope.size);
+		goto done;
+	}
 	if (!root || !json_is_object(root)) {
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
 		json_decref(root);

@@ -14,6 +14,7 @@
 
 #include "config.h"
 #include "http.h"
+#include "json_memory.h"
 #include "linalg.h"
 #include "listen.h"
 #include "operation.h"
@@ -239,6 +240,7 @@ int main(int argc, char **argv)
 	enum gnpd_config_action action;
 	gnp_linalg_restart(argv);
 	gnp_linalg_init();
+	gnp_json_memory_init();
 	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
 	if (status == GNP_OK)
 		status = act(action, &config, &error);
