@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <zip.h>
+#include <zlib.h>
 
 #include "memory.h"
 #include "npy.h"
@@ -17,13 +18,15 @@ enum {
 static gnp_status status_of(zip_error_t *reason)
 {
 	int code = zip_error_code_zip(reason);
-	return code == ZIP_ER_MEMORY || code == ZIP_ER_OK ? GNP_OUT_OF_MEMORY : GNP_INVALID_ARGUMENT;
+	bool inflate = code == ZIP_ER_ZLIB && zip_error_code_system(reason) == Z_MEM_ERROR;
+	return code == ZIP_ER_MEMORY || code == ZIP_ER_OK || inflate ? GNP_OUT_OF_MEMORY : GNP_INVALID_ARGUMENT;
 }
 
 /* An entry that could not be read: for want of memory, or for what `text` says. */
 static gnp_status bad_entry(zip_file_t *file, const char *text, struct gnp_error *error)
 {
-	if (zip_error_code_zip(zip_file_get_error(file)) == ZIP_ER_MEMORY)
+	zip_error_t *reason = zip_file_get_error(file);
+	if (zip_error_code_zip(reason) != ZIP_ER_OK && status_of(reason) == GNP_OUT_OF_MEMORY)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory to read an entry");
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", text);
 }

@@ -61,16 +61,16 @@ void gnp_equation_key(const struct gnp_call *call, const struct gnp_equation_opt
 	const struct gnp_poisson_options *o = &options->core;
 	const struct gnp_laplacian_options *l = &o->laplacian;
 	const struct gnp_estimate_options *e = &l->domain.estimate;
-	char numbers[512], models[4096];
-	/* Not as text: where memory is exhausted, the C library cannot print a floating-point number, and says -1. */
+	char models[4096];
+	/* Not as text: where memory is exhausted, the C library cannot print so many numbers at once, and says -1. */
+	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->degree, l->neighbors,
+	                     o->solver, o->mean, o->iterations};
 	const double reals[] = {l->drop, o->screening, o->tolerance};
-	int length = snprintf(numbers, sizeof numbers, "%s %zu %d %d %d %d %d %d %d %d %d %d %d %d %d", word, cloud->count, e->estimator,
-	                      e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->degree, l->neighbors, o->solver,
-	                      o->mean, o->iterations);
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;
-	const void *data[] = {numbers, reals, models, extra, mask, cloud->points, cloud->normals};
-	const size_t size[] = {(size_t)length, sizeof reals, (size_t)named, extra_count * sizeof *extra, mask ? cloud->count : 0,
-	                       3 * cloud->count * sizeof(double), cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
+	const void *data[] = {word, &cloud->count, whole, reals, models, extra, mask, cloud->points, cloud->normals};
+	const size_t size[] = {strlen(word), sizeof cloud->count, sizeof whole, sizeof reals, (size_t)named, extra_count * sizeof *extra,
+	                       mask ? cloud->count : 0, 3 * cloud->count * sizeof(double),
+	                       cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
 	gnp_sha256_text(data, size, sizeof size / sizeof *size, key);
 }
 
