@@ -61,7 +61,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check fuzz fuzzers bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: all demo test unit check fuzz fuzzers soak bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -123,6 +123,9 @@ fuzz: ## fuzz the decoders with clang's libFuzzer, each target for so long: MINU
 	tests/fuzz/fuzz '$(BUILD)/fuzz' $(if $(filter command line environment,$(origin MINUTES)),$(MINUTES),1) $(TARGET)
 
 fuzzers: $(FUZZERS:%=$(OUT)/tests/fuzz/fuzz_%)
+
+soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 8 minutes; SOAK=0.1 shortens them, SAN= as for test
+	GNPD=$(OUT)/gnpd tests/soak/run
 
 check: ## the rules of the house that a compiler does not know
 	tests/check-house

@@ -127,7 +127,7 @@ static bool wait_drained(struct gnpd_server *server, double seconds)
 
 static void drain(struct gnpd_server *server)
 {
-	const double last_words = 2; /* seconds for cancelled requests to get their answer */
+	const double last_words = 1; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
 	if (wait_drained(server, server->config->drain_seconds))
