@@ -66,5 +66,5 @@ def test_hangups_under_load():
 def test_no_more_files():
     """Accepting must not spin while there is no descriptor for it."""
     with harness.Server(workers=2) as server:
-        share = abuse.no_more_files(server, 5)
+        share = max(abuse.no_more_files(server, more) for more in (0, 5))
         assert SLOW > 1 or share < 0.6, "%.0f %% of a processor while no file can be opened" % (100 * share)

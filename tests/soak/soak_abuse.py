@@ -22,7 +22,7 @@ def soak_slow_readers():
     with harness.Server(reply_seconds=5, workers=2) as server:
         before = abuse.settle(server)
         abuse.slow_readers(server, 60 // FEW, 5)
-        return "%s, before %s" % (abuse.check_given_back(server, before, 256 << 20), before)
+        return "%s, before %s" % (abuse.check_given_back(server, before, 320 << 20), before)
 
 
 def soak_clients_that_vanish():
@@ -85,5 +85,5 @@ def soak_no_more_files():
     with harness.Server(workers=2) as server:
         for more in range(0, 40, 4):
             share = max(share, abuse.no_more_files(server, more))
-    assert SLOW > 1 or share < 0.6
+    assert SLOW > 1 or share < 0.6, "%.0f %% of a processor while no file can be opened" % (100 * share)
     return "at most %.0f %% of a processor meanwhile" % (100 * share)
