@@ -1,13 +1,13 @@
-/* Memory kept back for a library that cannot do without: FLANN is C++ behind a C interface that lets std::bad_alloc out, which ends the
- * process.
+/* Memory kept back for libraries that do not bear to run out of it: FLANN writes through what malloc gave it without looking, and lets
+ * std::bad_alloc out of its C interface, which ends the process; so does libgomp by itself, and OpenBLAS writes as FLANN does.
  *
- * When its `new` finds no memory, the reserve is given up and `new` tries again. Once that has happened, nobody enters the
- * library until the reserve is there again, so that whoever is inside finishes with what was freed. Only when the reserve is gone too
- * does `new` wait for others to free memory, and after WAIT_SECONDS the process ends.
- * What stays open: FLANN's nodes come from malloc in blocks of 8 kB, whose failure it does not look at, and its searches run in a region of
- * libgomp, which ends the process when it finds no 2 kB. Neither is entered without there having been that much just before.
+ * malloc and its kin are replaced (core/reserve.c): where the C library has no memory, a small piece is taken from the reserve. Large
+ * ones are refused as ever, and their owners answer with GNP_OUT_OF_MEMORY. While half of the reserve is in use nobody enters FLANN, so
+ * that those inside can finish. The reserve is address space until it is touched; sanitizers, which have a malloc of their own, do without.
+ * FLANN's large pieces come from `new`: what it needs must have been there when it was entered, and when others took it meanwhile
+ * the reserve serves that thread too. Only when that is gone `new` waits for memory, and after WAIT_SECONDS the process ends.
  *
- * One for the process, as C++ has one handler for it; safe from many threads. */
+ * One for the process, as there is one malloc; safe from many threads. */
 #ifndef GNP_CORE_RESERVE_H
 #define GNP_CORE_RESERVE_H
 
@@ -15,7 +15,7 @@
 
 #include "status.h"
 
-/* Before the library is entered: the reserve is whole, and there were `bytes`, what the call is going to take, and 64 kB at this moment.
+/* Before such a library is entered: most of the reserve is whole, and there are `bytes`, what the call is going to take, at this moment.
  * GNP_OUT_OF_MEMORY otherwise. what: for the message. */
 gnp_status gnp_reserve_enter(const char *what, size_t bytes, struct gnp_error *error);
 

@@ -1,11 +1,13 @@
-/* failing_malloc.so, for LD_PRELOAD: the process's allocations are counted, and those a test chooses fail. It sees what a wrapper at
- * link time does not: the allocations of libmicrohttpd, jansson, libzip, FLANN and whatever else is loaded.
+/* failing_malloc.so, for LD_PRELOAD into gnpd: the process's allocations are counted, and those a test chooses fail. It stands below the
+ * daemon's own malloc (core/reserve.c), in place of the C library's, and so sees the allocations of libmicrohttpd, jansson, libzip, FLANN
+ * and whatever else is loaded.
  *
  * $FAILING_MALLOC names a file with room for the struct below, which both sides map. The test writes `first` and `count`
- * and resets `asked`; allocations number first, first + 1, ..., first + count - 1 from then on fail.
+ * and resets `asked`; allocations number first, first + 1, ..., first + count - 1 from then on fail. A crash leaves a trace of
+ * calls in the log; with $FAILING_MALLOC_TRACE every failure does.
  *
- * Spared is malloc called by FLANN and OpenBLAS, which write through what they get without looking, and by libgomp, which
- * ends the process (core/reserve.h). A crash leaves a trace of calls in the log. */
+ * The reserve hides most failures. With $FAILING_MALLOC_RESERVE=0 there is none, to see what libraries do; spared are then FLANN, OpenBLAS
+ * and libgomp, for whose sake it is there. */
 #include <dlfcn.h>
 #include <errno.h>
 #include <execinfo.h>
@@ -17,6 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 struct control {
@@ -28,14 +31,24 @@ struct control {
 
 static struct control unused, *_Atomic control = &unused;
 
-/* glibc's own, under names nobody interposes. */
 void *__libc_malloc(size_t size);
 void *__libc_calloc(size_t count, size_t size);
 void *__libc_realloc(void *piece, size_t size);
 void *__libc_memalign(size_t alignment, size_t size);
 void __libc_free(void *piece);
-void *memalign(size_t alignment, size_t size);
 
+/* The C library's own. dlsym does not allocate where it finds what it looks for. */
+static void *next(const char *name)
+{
+	return dlsym(RTLD_NEXT, name);
+}
+
+#define NEXT(type, name)                      \
+	static __typeof__(type) own;              \
+	if (!own)                                 \
+		*(void **)&own = next(name)
+
+static bool no_reserve;
 static bool tracing; /* what fails is shown, for who searches: $FAILING_MALLOC_TRACE */
 
 static void print_calls(void)
@@ -59,7 +72,9 @@ __attribute__((constructor)) static void begin(void)
 	if (fd >= 0)
 		close(fd);
 	void *frame;
+	const char *reserve = getenv("FAILING_MALLOC_RESERVE");
 	tracing = getenv("FAILING_MALLOC_TRACE") != NULL;
+	no_reserve = reserve && strcmp(reserve, "0") == 0;
 	backtrace(&frame, 1); /* loads what it needs */
 	signal(SIGSEGV, on_crash);
 	signal(SIGABRT, on_crash);
@@ -67,19 +82,26 @@ __attribute__((constructor)) static void begin(void)
 		atomic_store(&control, (struct control *)shared);
 }
 
-static bool is_spared(const void *address)
+/* Whether one of those that write through what they get, or end the process, is asking. */
+static bool is_spared(void)
 {
-	Dl_info object;
-	return dladdr(address, &object) && object.dli_fname &&
-	       (strstr(object.dli_fname, "/libflann") || strstr(object.dli_fname, "/libgomp") || strstr(object.dli_fname, "/libopenblas"));
+	enum { CALLERS = 8 };
+	void *frames[CALLERS];
+	int count = backtrace(frames, CALLERS);
+	for (int i = 0; i < count; i++) {
+		Dl_info object;
+		if (dladdr(frames[i], &object) && object.dli_fname &&
+		    (strstr(object.dli_fname, "/libflann") || strstr(object.dli_fname, "/libgomp") || strstr(object.dli_fname, "/libopenblas")))
+			return true;
+	}
+	return false;
 }
 
-/* Whether the allocation that the code at `caller` asks for is to fail. */
-static bool doomed(const void *caller)
+static bool doomed(void)
 {
 	struct control *c = atomic_load(&control);
 	long number = atomic_fetch_add(&c->asked, 1) - atomic_load(&c->first);
-	if (number < 0 || number >= atomic_load(&c->count) || is_spared(caller))
+	if (number < 0 || number >= atomic_load(&c->count) || (no_reserve && is_spared()))
 		return false;
 	atomic_fetch_add(&c->failed, 1);
 	if (tracing)
@@ -95,21 +117,24 @@ static void *born(void *piece)
 	return piece;
 }
 
-void *malloc(size_t size)
+void *__libc_malloc(size_t size)
 {
-	return doomed(__builtin_return_address(0)) ? NULL : born(__libc_malloc(size));
+	NEXT(void *(*)(size_t), "__libc_malloc");
+	return doomed() ? NULL : born(own(size));
 }
 
-void *calloc(size_t count, size_t size)
+void *__libc_calloc(size_t count, size_t size)
 {
-	return doomed(__builtin_return_address(0)) ? NULL : born(__libc_calloc(count, size));
+	NEXT(void *(*)(size_t, size_t), "__libc_calloc");
+	return doomed() ? NULL : born(own(count, size));
 }
 
-void *realloc(void *piece, size_t size)
+void *__libc_realloc(void *piece, size_t size)
 {
-	if (doomed(__builtin_return_address(0)))
+	NEXT(void *(*)(void *, size_t), "__libc_realloc");
+	if (doomed())
 		return NULL;
-	void *moved = __libc_realloc(piece, size);
+	void *moved = own(piece, size);
 	if (!piece)
 		return born(moved);
 	if (!moved && size == 0)
@@ -117,28 +142,24 @@ void *realloc(void *piece, size_t size)
 	return moved;
 }
 
-void *memalign(size_t alignment, size_t size)
+void *__libc_memalign(size_t alignment, size_t size)
 {
-	return doomed(__builtin_return_address(0)) ? NULL : born(__libc_memalign(alignment, size));
+	NEXT(void *(*)(size_t, size_t), "__libc_memalign");
+	return doomed() ? NULL : born(own(alignment, size));
 }
 
-void *aligned_alloc(size_t alignment, size_t size)
+void __libc_free(void *piece)
 {
-	return doomed(__builtin_return_address(0)) ? NULL : born(__libc_memalign(alignment, size));
-}
-
-int posix_memalign(void **out, size_t alignment, size_t size)
-{
-	void *piece = doomed(__builtin_return_address(0)) ? NULL : born(__libc_memalign(alignment, size));
-	if (!piece)
-		return ENOMEM;
-	*out = piece;
-	return 0;
-}
-
-void free(void *piece)
-{
+	NEXT(void (*)(void *), "__libc_free");
 	if (piece)
 		atomic_fetch_sub(&atomic_load(&control)->live, 1);
-	__libc_free(piece);
+	own(piece);
+}
+
+/* There is no reserve where its space cannot be had. */
+void *mmap(void *address, size_t size, int protection, int flags, int fd, off_t offset)
+{
+	if (no_reserve && (flags & MAP_NORESERVE))
+		return MAP_FAILED;
+	return (void *)syscall(SYS_mmap, address, size, protection, flags, fd, offset);
 }

@@ -362,6 +362,39 @@ def hangup_storm(server, signals, clients, seconds):
     return count
 
 
+def little_memory(server, room, clients, seconds):
+    """The process gets no more than `room` bytes beyond what it has: requests that do not fit are refused or dropped, the daemon
+    lives, and with memory there again all is as before. Returns how many were answered 200, 503, and dropped."""
+    small, large = estimate_request(300), estimate_request(150_000)
+    with server.connect() as s:
+        good = payload(exchange(s, small))
+    with open("/proc/%d/statm" % server.process.pid) as file:
+        size = int(file.read().split()[0]) * resource.getpagesize()
+    was = resource.prlimit(server.process.pid, resource.RLIMIT_AS)
+    resource.prlimit(server.process.pid, resource.RLIMIT_AS, (size + room, was[1]))
+    counts = {200: 0, 503: 0, "dropped": 0}
+    until = time.monotonic() + seconds
+
+    def client(number):
+        while time.monotonic() < until:
+            try:
+                with server.connect(60) as s:
+                    response = exchange(s, large if number % 2 else small)
+            except ConnectionError:
+                counts["dropped"] += 1
+                continue
+            assert response.status in (200, 503), "%d %s" % (response.status, response.text[:200])
+            assert response.status == 503 or number % 2 or payload(response) == good
+            counts[response.status] += 1
+    spin(clients, client)
+    assert server.process.poll() is None, "the daemon died: " + server.log()[-2000:]
+    resource.prlimit(server.process.pid, resource.RLIMIT_AS, was)
+    with server.connect() as s:
+        assert payload(exchange(s, small)) == good
+        assert exchange(s, large).status == 200
+    return counts
+
+
 def processor_seconds(server):
     with open("/proc/%d/stat" % server.process.pid) as file:
         fields = file.read().rsplit(")", 1)[1].split()

@@ -27,8 +27,8 @@ class Failing:
         self.file.flush()
         self.map = mmap.mmap(self.file.fileno(), 64)
 
-    def environment(self):
-        return {"LD_PRELOAD": LIBRARY, "FAILING_MALLOC": self.file.name}
+    def environment(self, reserve):
+        return {"LD_PRELOAD": LIBRARY, "FAILING_MALLOC": self.file.name, "FAILING_MALLOC_RESERVE": "1" if reserve else "0"}
 
     def value(self, index):
         return struct.unpack_from("q", self.map, 8 * index)[0]

@@ -63,6 +63,16 @@ def test_hangups_under_load():
         abuse.hangup_storm(server, 100, 6, 1.5)
 
 
+def test_little_memory():
+    """FLANN wrote to the address 0 when its pool of nodes found no memory."""
+    if SLOW > 1:
+        return  # a sanitizer ends the process when it finds no address space for itself
+    for megabytes in (4, 60):
+        with harness.Server(workers=2) as server:
+            counts = abuse.little_memory(server, megabytes << 20, 8, 1)
+            assert counts[200] > 0 and counts[503] > 0, counts
+
+
 def test_no_more_files():
     """Accepting must not spin while there is no descriptor for it."""
     with harness.Server(workers=2) as server:

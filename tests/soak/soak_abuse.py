@@ -80,6 +80,18 @@ def soak_hangups_under_load():
         return "%d answers meanwhile; %s, before %s" % (count, abuse.check_given_back(server, before, 64 << 20), before)
 
 
+def soak_little_memory():
+    if SLOW > 1:
+        return "not under a sanitizer, which ends the process when it finds no address space for itself"
+    said = []
+    for megabytes in (2, 8, 20, 40, 60, 80, 120):
+        with harness.Server(workers=2) as server:
+            counts = abuse.little_memory(server, megabytes << 20, 12, 5 * STRETCH)
+            abuse.settle(server)
+        said.append("%d MB: %d answered, %d refused, %d dropped" % (megabytes, counts[200], counts[503], counts["dropped"]))
+    return "; ".join(said)
+
+
 def soak_no_more_files():
     share = 0.0
     with harness.Server(workers=2) as server:
