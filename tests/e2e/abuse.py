@@ -1,6 +1,7 @@
 """What clients do to a server, many at once; each form takes its size, so that tests/e2e is short and tests/soak long.
 
 Every function asserts what must hold and leaves the server idle."""
+import functools
 import os
 import random
 import resource
@@ -70,6 +71,7 @@ def spin(count, client):
 
 # ---- requests and what they are answered ----
 
+@functools.lru_cache(maxsize=None)
 def estimate_request(points, **parameters):
     headers, body = harness.points_body(harness.sphere(points), **dict({"estimator": "gmls"}, **parameters))
     return harness.make_request("POST", ESTIMATE, body, headers)
@@ -281,7 +283,7 @@ def overload(server, runners, queue, seconds):
 def states():
     """name -> what brings a connection into that state; the socket it returns stays open."""
     small, long = estimate_request(300), estimate_request(300_000 if SLOW == 1 else 40_000, cover="all")
-    large = estimate_request(60_000 if SLOW == 1 else 10_000, quantities="all")
+    large = estimate_request(25_000 if SLOW == 1 else 8_000, quantities="all")
 
     def opened(server, data, until=None):
         s = server.connect(60)
@@ -362,10 +364,10 @@ def hangup_storm(server, signals, clients, seconds):
     return count
 
 
-def little_memory(server, room, clients, seconds):
+def little_memory(server, room, clients, seconds, points=150_000):
     """The process gets no more than `room` bytes beyond what it has: requests that do not fit are refused or dropped, the daemon
     lives, and with memory there again all is as before. Returns how many were answered 200, 503, and dropped."""
-    small, large = estimate_request(300), estimate_request(150_000)
+    small, large = estimate_request(300), estimate_request(points)
     with server.connect() as s:
         good = payload(exchange(s, small))
     with open("/proc/%d/statm" % server.process.pid) as file:

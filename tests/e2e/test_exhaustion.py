@@ -2,7 +2,7 @@
 import exhaustion
 import harness
 
-SHARE = 53
+SHARE = 79
 
 
 def test_memory_runs_out_in_every_kind_of_request():
