@@ -6,7 +6,6 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -38,7 +37,11 @@ static void map_reserve(void)
 	atomic_store(&base, space == MAP_FAILED ? NULL : space);
 }
 
-/* What `new` calls when malloc failed; on return it tries again. */
+/* std::set_new_handler; NULL until FLANN is there, which brings it along. */
+typedef void (*new_handler)(void);
+static new_handler (*set_new_handler)(new_handler);
+
+/* What `new` calls when malloc failed; on return it tries again. Without a handler it throws. */
 static void find_memory(void)
 {
 	if (!urgent) {
@@ -47,16 +50,13 @@ static void find_memory(void)
 	} else if (tries++ < WAIT_SECONDS * TRIES_A_SECOND) {
 		usleep(1000000 / TRIES_A_SECOND);
 	} else {
-		fputs("gnp: memory is exhausted within a library that needs it\n", stderr);
-		abort();
+		set_new_handler(NULL);
 	}
 }
 
-/* std::set_new_handler, by its name in the C++ ABI: FLANN brings it along, and there is no header of it for C. */
+/* By its name in the C++ ABI: there is no header of it for C. */
 static void install(void)
 {
-	typedef void (*handler)(void);
-	handler (*set_new_handler)(handler);
 	*(void **)&set_new_handler = dlsym(RTLD_DEFAULT, "_ZSt15set_new_handlerPFvvE");
 	if (set_new_handler)
 		set_new_handler(find_memory);

@@ -5,7 +5,7 @@
  * ones are refused as ever, and their owners answer with GNP_OUT_OF_MEMORY. While half of the reserve is in use nobody enters FLANN, so
  * that those inside can finish. The reserve is address space until it is touched; sanitizers, which have a malloc of their own, do without.
  * FLANN's large pieces come from `new`: what it needs must have been there when it was entered, and when others took it meanwhile
- * the reserve serves that thread too. Only when that is gone `new` waits for memory, and after WAIT_SECONDS the process ends.
+ * the reserve serves that thread too. Only when that is gone too `new` waits for memory, and after WAIT_SECONDS throws.
  *
  * One for the process, as there is one malloc; safe from many threads. */
 #ifndef GNP_CORE_RESERVE_H
