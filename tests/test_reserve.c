@@ -103,6 +103,8 @@ static void long_lived_pieces_pin_little(void)
 static void more_than_there_is_is_refused(void)
 {
 	struct gnp_error error = {0};
+	if (!REPLACED) /* a sanitizer ends the process for that */
+		return;
 	CHECK(gnp_reserve_enter("test", SIZE_MAX / 4, &error) == GNP_OUT_OF_MEMORY);
 	CHECK_CONTAINS(error.text, "test: no memory for 4611686018427387903 bytes");
 }

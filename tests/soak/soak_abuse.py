@@ -1,8 +1,10 @@
 """What tests/e2e/test_abuse.py does, at length."""
 import os
+import time
 
 import abuse
 import harness
+import test_hostile
 from harness import SLOW
 
 STRETCH = float(os.environ.get("SOAK", "1"))
@@ -16,6 +18,26 @@ def soak_connections_that_come_and_go():
         before = abuse.settle(server)
         abuse.come_and_go(server, count)
         return "%d connections: %s, before %s" % (count, abuse.check_given_back(server, before), before)
+
+
+def soak_slow_senders():
+    """Headers and bodies a byte a second, with others served meanwhile."""
+    half = 400 // FEW
+    header = b"GET /v2 HTTP/1.1\r\nHost: a\r\nX-Slow: "
+    body = b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nContent-Length: 100000\r\n\r\n"
+    with harness.Server(header_seconds=8, body_grace_seconds=6, min_body_rate=1000, max_connections=2000) as server:
+        before = abuse.settle(server)
+        dribbler = test_hostile.Dribbler(server, [header] * half + [body] * half)
+        dribbler.start()
+        worst, until = 0.0, time.monotonic() + 5
+        while time.monotonic() < until:
+            worst = max(worst, test_hostile.worst_health(server, 3))
+            with server.connect() as s:
+                assert abuse.exchange(s, abuse.estimate_request(300)).status == 200
+        harness.eventually(lambda: dribbler.closed == 2 * half, 15, "the end of all slow senders")
+        dribbler.join()
+        assert worst < 0.1 * SLOW, "health took %.3f s" % worst
+        return "%d of them: health took %.3f s at most; %s, before %s" % (2 * half, worst, abuse.check_given_back(server, before), before)
 
 
 def soak_slow_readers():
