@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "request.h"
@@ -87,6 +88,8 @@ static void on_connection(void *context, struct MHD_Connection *http, void **slo
 		char remote[64];
 		format_remote(http, remote, sizeof remote);
 		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, remote) : NULL;
+		if (information && !*slot) /* nobody would watch over it */
+			shutdown(information->connect_fd, SHUT_RDWR);
 	} else if (*slot) {
 		gnpd_connection_close(server->reaper, *slot);
 		*slot = NULL;

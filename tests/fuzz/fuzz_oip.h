@@ -3,6 +3,7 @@
 #define GNP_TESTS_FUZZ_OIP_H
 
 #include "fuzz_file.h"
+#include "json_memory.h"
 #include "oip.h"
 #include "operation.h"
 
@@ -42,6 +43,10 @@ static inline void fuzz_oip(const char *length, const unsigned char *body, size_
 	struct gnp_response response = {0};
 	struct gnp_error error = {0};
 	size_t header = GNP_OIP_NO_HEADER;
+	static bool ready;
+	if (!ready)
+		gnp_json_memory_init(); /* as the daemon does */
+	ready = true;
 	if (*length && gnp_oip_header_length(length, size, &header, &error) != GNP_OK) {
 		FUZZ_REQUIRE(error.text[0]);
 		return;
