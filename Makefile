@@ -19,6 +19,7 @@ DESTDIR ?=
 REGIME  ?= noise-70
 MINUTES ?= 20
 HEAD    ?= projection
+TARGET  ?= $(FUZZERS)
 CC      ?= cc
 SAN     ?=
 
@@ -50,15 +51,17 @@ SERVER := $(filter-out server/gnpd.c,$(wildcard server/*.c))
 CLIENT := $(filter-out clients/gnp.c,$(wildcard clients/*.c))
 WEIGHTS := $(filter-out weights/gnp-%.c,$(wildcard weights/*.c))
 UNIT   := $(wildcard tests/test_*.c)
+FUZZERS := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 object  = $(patsubst %.c,$(OUT)/%.o,$(1))
 
 PROGRAMS := $(OUT)/gnpd $(OUT)/gnp $(OUT)/gnp-validate $(OUT)/gnp-train
 TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
+REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: all demo test unit check fuzz fuzzers soak bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -97,11 +100,33 @@ $(OUT)/gnp-validate $(OUT)/gnp-train: $(OUT)/gnp-%: $(OUT)/weights/gnp-%.o $(LIB
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
+$(OUT)/tests/test_exhaustion: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup strndup)
+$(OUT)/tests/fuzz/replay_%: $(OUT)/tests/fuzz/fuzz_%.o $(OUT)/tests/fuzz/replay.o $(LIB_SERVER)
+	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/tests/fuzz/fuzz_%: $(OUT)/tests/fuzz/fuzz_%.o $(LIB_SERVER)
+	$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
+
+$(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
+	@mkdir -p $(@D)
+	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
+
 unit: $(TESTS) ## build and run the unit tests
 	tests/run-unit $(TESTS)
 
-test: all $(TESTS) ## build and run everything; the last line is the count
+test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so ## build and run everything; the last line is the count
 	tests/run-all $(OUT)
+
+# libFuzzer is clang's: what is fuzzed is built by clang, in a folder of its own.
+fuzz: ## fuzz the decoders with clang's libFuzzer, each target for so long: MINUTES=1 TARGET="ply npz"; all of them without TARGET
+	@deploy/install-deps.sh --check fuzz
+	@$(MAKE) --no-print-directory BUILD='$(BUILD)/fuzz' SAN= CC=clang OPT=-O1 WARN='$(WARN) -Wno-ignored-attributes' \
+		SANFLAGS='-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer' fuzzers
+	tests/fuzz/fuzz '$(BUILD)/fuzz' $(if $(filter command line environment,$(origin MINUTES)),$(MINUTES),1) $(TARGET)
+
+fuzzers: $(FUZZERS:%=$(OUT)/tests/fuzz/fuzz_%)
+
+soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 15 minutes; SOAK=0.1 shortens them, SAN= as for test
+	GNPD=$(OUT)/gnpd tests/soak/run
 
 check: ## the rules of the house that a compiler does not know
 	tests/check-house
@@ -149,5 +174,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c))
+-include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c tests/fuzz/*.c))
 endif

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "reserve.h"
 
 struct gnp_neighbors {
 	flann_index_t index;
@@ -27,11 +28,17 @@ static struct FLANNParameters exact_parameters(void)
 	return parameters;
 }
 
+/* Bytes of an index beside its bookkeeping, a point: a copy of it, its number and its place, and its share of the nodes. */
+enum { INDEX_BYTES_A_POINT = 24 + 8 + 8 + 24 };
+
 gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
                                struct gnp_error *error)
 {
 	if (count < 1 || count > INT32_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need 1..%d", count, INT32_MAX);
+	gnp_status status = gnp_reserve_enter("neighbors", count * INDEX_BYTES_A_POINT, error);
+	if (status != GNP_OK)
+		return status;
 	struct gnp_neighbors *neighbors = calloc(1, sizeof *neighbors);
 	if (!neighbors)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu points", count);
@@ -119,6 +126,9 @@ static void finish_row(const struct gnp_neighbors *neighbors, const double *poin
 	sort_row(distance, index, count);
 }
 
+/* Bytes of a search in progress, a point it keeps. */
+enum { SEARCH_BYTES_A_POINT = 64 };
+
 gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double *points, size_t queries, size_t k,
                              uint32_t *index, double *distance, struct gnp_scratch *scratch,
                              struct gnp_error *error)
@@ -129,6 +139,10 @@ gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double
 	int *found = gnp_scratch_take(scratch, queries * k, sizeof *found);
 	if (!found)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu x %zu", queries, k);
+	if (gnp_reserve_enter("neighbors", k * SEARCH_BYTES_A_POINT, error) != GNP_OK) {
+		gnp_scratch_release(scratch, mark);
+		return GNP_OUT_OF_MEMORY;
+	}
 	struct FLANNParameters parameters = exact_parameters();
 	int status = flann_find_nearest_neighbors_index_double(neighbors->index, (double *)(uintptr_t)points, (int)queries,
 	                                                       found, distance, (int)k, &parameters);
@@ -333,6 +347,8 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const u
 		                     most < neighbors->count ? most : neighbors->count);
 	if (most > neighbors->count)
 		most = neighbors->count;
+	if (gnp_reserve_enter("neighbors", most * SEARCH_BYTES_A_POINT, error) != GNP_OK)
+		return GNP_OUT_OF_MEMORY;
 	size_t capacity = rows * (size_t)fmin(1.3 * ratio * ratio * (double)k + 8, (double)most);
 	struct group group = {.neighbors = neighbors, .k = k, .most = most, .ratio = ratio};
 	*out = (struct gnp_neighborhoods){.count = rows};

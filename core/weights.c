@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "memory.h"
+#include "reserve.h"
 #include "sha256.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "tensors are used as they lie in the file");
@@ -138,6 +139,9 @@ static bool nests_too_deep(const char *text, size_t size)
 	return depth > NESTING_MAX;
 }
 
+/* Bytes jansson takes for a byte of text, at most. */
+enum { HEADER_COST = 128 };
+
 static gnp_status parse_header(struct gnp_weights *weights, const char *text, size_t size, struct gnp_error *error)
 {
 	json_error_t fault;
@@ -147,6 +151,9 @@ static gnp_status parse_header(struct gnp_weights *weights, const char *text, si
 	if (nests_too_deep(text, size))
 		return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "header: nested deeper than %d, need a table of tensors",
 		              NESTING_MAX);
+	/* jansson does not bear to run out of memory: it fails an assertion. */
+	if (gnp_reserve_enter(weights->path, HEADER_COST * size, error) != GNP_OK)
+		return GNP_OUT_OF_MEMORY;
 	weights->root = json_loadb(text, size, JSON_REJECT_DUPLICATES, &fault);
 	if (!weights->root)
 		return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "header: not strict JSON at byte %d: %.120s",

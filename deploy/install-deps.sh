@@ -5,12 +5,13 @@
 #   install-deps.sh --check [STAGE...]  install nothing; say which packages bring what is missing, exit 1 if any
 #   install-deps.sh --list [STAGE...]   print the packages
 #
-# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles). The default is demo.
+# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang). The default is demo.
 set -eu
 
 build='gcc make pkg-config libc6-dev libmicrohttpd-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
 test="$demo python3 python3-numpy"
+fuzz="$test clang libclang-rt-14-dev"
 
 mode=install
 case "${1-}" in
@@ -26,7 +27,8 @@ for stage; do
 	build) packages="$packages $build" ;;
 	demo) packages="$packages $demo" ;;
 	test) packages="$packages $test" ;;
-	*) echo "install-deps.sh: stage: got '$stage', need build, demo or test" >&2; exit 2 ;;
+	fuzz) packages="$packages $fuzz" ;;
+	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test or fuzz" >&2; exit 2 ;;
 	esac
 done
 
@@ -34,7 +36,7 @@ done
 present() {
 	case "$1" in
 	gcc) command -v cc || command -v gcc ;;
-	make | pkg-config | curl | python3) command -v "$1" ;;
+	make | pkg-config | curl | python3 | clang) command -v "$1" ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
 	libjansson-dev) pkg-config --exists jansson ;;
 	nettle-dev) pkg-config --exists nettle ;;
@@ -42,6 +44,7 @@ present() {
 	zlib1g-dev) pkg-config --exists zlib ;;
 	libzip-dev) pkg-config --exists libzip ;;
 	libcurl4-openssl-dev) pkg-config --exists libcurl ;;
+	libclang-rt-14-dev) test -f "$(clang --print-runtime-dir)/libclang_rt.fuzzer-$(uname -m).a" ;;
 	python3-numpy) /usr/bin/python3 -c 'import numpy' ;;
 	*) false ;;
 	esac >/dev/null 2>&1 && return 0

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "json_memory.h"
 #include "number.h"
 
 enum { DEPTH_MAX = 100, ENVELOPE_MAX = 1 << 20 };
@@ -130,13 +131,20 @@ gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const c
 		goto done;
 	}
 	json_error_t reason;
-	json_t *root = json_loadb((const char *)c.envelope.data, c.envelope.size, JSON_REJECT_DUPLICATES, &reason);
+	void *memory;
+	bool exhausted;
+	json_t *root = gnp_json_memory_load((const char *)c.envelope.data, c.envelope.size, &memory, &exhausted, &reason);
+	if (exhausted) {
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", c.envelope.size);
+		goto done;
+	}
 	if (!root || !json_is_object(root)) {
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
 		json_decref(root);
+		free(memory);
 		goto done;
 	}
-	*out = (struct gnp_json_document){root, c.spans, c.count};
+	*out = (struct gnp_json_document){root, memory, c.spans, c.count};
 	c.spans = NULL;
 done:
 	free(c.spans);
@@ -147,6 +155,7 @@ done:
 void gnp_json_clear(struct gnp_json_document *document)
 {
 	json_decref(document->root);
+	free(document->memory);
 	free(document->spans);
 	*document = (struct gnp_json_document){0};
 }

@@ -16,6 +16,7 @@ struct gnp_json_span {
 /* A parsed document in which number arrays were replaced by [i], their index in spans. */
 struct gnp_json_document {
 	json_t *root;
+	void *memory; /* what root lives in */
 	struct gnp_json_span *spans;
 	size_t count;
 };

@@ -122,14 +122,16 @@ gnp_status gnp_buffer_printf(struct gnp_buffer *buffer, struct gnp_error *error,
 	va_start(arguments, format);
 	int length = vsnprintf(NULL, 0, format, arguments);
 	va_end(arguments);
-	if (length < 0)
-		return gnp_error_set(error, GNP_INTERNAL, "buffer: cannot format \"%s\"", format);
+	if (length < 0) /* the C library takes memory for some numbers */
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "buffer: no memory to format \"%s\"", format);
 	gnp_status status = gnp_buffer_reserve(buffer, (size_t)length + 1, error);
 	if (status != GNP_OK)
 		return status;
 	va_start(arguments, format);
-	vsnprintf((char *)buffer->data + buffer->size, (size_t)length + 1, format, arguments);
+	int written = vsnprintf((char *)buffer->data + buffer->size, (size_t)length + 1, format, arguments);
 	va_end(arguments);
+	if (written != length)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "buffer: no memory to format \"%s\"", format);
 	buffer->size += (size_t)length;
 	return GNP_OK;
 }

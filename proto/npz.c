@@ -1,7 +1,9 @@
 /* NPZ: a zip file of NPY arrays, in memory, by libzip. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zip.h>
+#include <zlib.h>
 
 #include "memory.h"
 #include "npy.h"
@@ -12,19 +14,38 @@ enum {
 	DEFLATE_RATIO_MAX = 1032 /* no deflate stream expands further */
 };
 
+/* What libzip's complaint is: of memory, or of the bytes. Not every want of memory is given a code. */
+static gnp_status status_of(zip_error_t *reason)
+{
+	int code = zip_error_code_zip(reason);
+	bool inflate = code == ZIP_ER_ZLIB && zip_error_code_system(reason) == Z_MEM_ERROR;
+	return code == ZIP_ER_MEMORY || code == ZIP_ER_OK || inflate ? GNP_OUT_OF_MEMORY : GNP_INVALID_ARGUMENT;
+}
+
+/* An entry that could not be read: for want of memory, or for what `text` says. */
+static gnp_status bad_entry(zip_file_t *file, const char *text, struct gnp_error *error)
+{
+	zip_error_t *reason = zip_file_get_error(file);
+	if (zip_error_code_zip(reason) != ZIP_ER_OK && status_of(reason) == GNP_OUT_OF_MEMORY)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory to read an entry");
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", text);
+}
+
 /* Opens memory as an archive; source data stays the caller's. */
-static zip_t *open_memory(const void *data, size_t size, int flags, zip_source_t **source, struct gnp_error *error)
+static gnp_status open_memory(const void *data, size_t size, int flags, zip_source_t **source, zip_t **out, struct gnp_error *error)
 {
 	zip_error_t reason;
+	gnp_status status = GNP_OK;
 	zip_error_init(&reason);
 	*source = zip_source_buffer_create(data, size, 0, &reason);
 	zip_t *archive = *source ? zip_open_from_source(*source, flags, &reason) : NULL;
 	if (!archive) {
-		gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", zip_error_strerror(&reason));
+		status = gnp_error_set(error, status_of(&reason), "npz: %s", zip_error_strerror(&reason));
 		zip_source_free(*source);
 	}
 	zip_error_fini(&reason);
-	return archive;
+	*out = archive;
+	return status;
 }
 
 static bool read_exactly(zip_file_t *file, unsigned char *target, size_t size)
@@ -50,7 +71,7 @@ static bool at_end(zip_file_t *file)
 static gnp_status read_header(zip_file_t *file, unsigned char *head, struct gnp_npy *npy, struct gnp_error *error)
 {
 	if (!read_exactly(file, head, 12))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an entry is cut short");
+		return bad_entry(file, "an entry is cut short", error);
 	size_t length = head[8] | (size_t)head[9] << 8, start = 10;
 	if (head[6] > 1) {
 		length |= (size_t)head[10] << 16 | (size_t)head[11] << 24;
@@ -60,7 +81,7 @@ static gnp_status read_header(zip_file_t *file, unsigned char *head, struct gnp_
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an array's header has %zu bytes, need at most %d", length,
 		                     HEADER_MAX - 12);
 	if (!read_exactly(file, head + 12, start + length - 12))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an entry is cut short");
+		return bad_entry(file, "an entry is cut short", error);
 	return gnp_npy_read_header(head, start + length, npy, error);
 }
 
@@ -95,8 +116,10 @@ static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const ch
 	if (!data)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: \"%.60s\": no memory for %zu bytes", entry->name, npy.bytes);
 	if (!read_exactly(file, data, npy.bytes) || !at_end(file)) {
+		char text[96];
 		free(data);
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": corrupt or cut short", entry->name);
+		snprintf(text, sizeof text, "\"%.60s\": corrupt or cut short", entry->name);
+		return bad_entry(file, text, error);
 	}
 	status = gnp_npy_add(&npy, name, data, true, tensors, error);
 	bool vectors = !decode->all && !gnp_decode_input(decode, name);
@@ -137,7 +160,7 @@ static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gn
 		return status;
 	zip_file_t *file = zip_fopen_index(archive, index, 0);
 	if (!file)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": %s", entry.name, zip_strerror(archive));
+		return gnp_error_set(error, status_of(zip_get_error(archive)), "npz: \"%.60s\": %s", entry.name, zip_strerror(archive));
 	status = read_array(file, &entry, name, decode, tensors, error);
 	zip_fclose(file);
 	return status;
@@ -146,11 +169,11 @@ static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gn
 gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	zip_source_t *source;
-	zip_t *archive = open_memory(decode->body, decode->size, ZIP_RDONLY, &source, error);
-	if (!archive)
-		return GNP_INVALID_ARGUMENT;
+	zip_t *archive;
+	gnp_status status = open_memory(decode->body, decode->size, ZIP_RDONLY, &source, &archive, error);
+	if (status != GNP_OK)
+		return status;
 	zip_int64_t count = zip_get_num_entries(archive, 0);
-	gnp_status status = GNP_OK;
 	if (count > ENTRIES_MAX)
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %lld entries, need at most %d", (long long)count, ENTRIES_MAX);
 	for (zip_int64_t i = 0; i < count && status == GNP_OK; i++)
@@ -209,20 +232,23 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
                        struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	zip_source_t *source;
-	zip_t *archive = open_memory(NULL, 0, ZIP_TRUNCATE, &source, error);
-	if (!archive)
-		return GNP_INTERNAL;
+	zip_t *archive;
+	gnp_status status = open_memory(NULL, 0, ZIP_TRUNCATE, &source, &archive, error);
+	if (status != GNP_OK)
+		return status;
 	bool made = true;
 	for (size_t i = 0; i < tensors->count && made; i++)
 		made = add_entry(archive, tensors->items[i].name, &files[i]);
 	if (made && comment->size && comment->size <= 65535)
 		made = zip_set_archive_comment(archive, (const char *)comment->data, (zip_uint16_t)comment->size) == 0;
 	zip_source_keep(source); /* closing the archive drops its own reference */
-	gnp_status status;
 	if (made && zip_close(archive) == 0) {
 		status = copy_source(source, buffer, error);
 	} else {
-		status = gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npz: %s", zip_strerror(archive));
+		if (status_of(zip_get_error(archive)) == GNP_OUT_OF_MEMORY)
+			status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for an archive of %zu arrays", tensors->count);
+		else
+			status = gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npz: %s", zip_strerror(archive));
 		zip_discard(archive);
 	}
 	zip_source_free(source);

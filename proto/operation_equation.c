@@ -62,13 +62,15 @@ static void write_key(const struct gnp_call *call, const struct gnp_equation_opt
 	const struct gnp_poisson_options *o = &options->core;
 	const struct gnp_laplacian_options *l = &o->laplacian;
 	const struct gnp_estimate_options *e = &l->domain.estimate;
-	char numbers[512], models[4096];
-	int length = snprintf(numbers, sizeof numbers, "%s %zu %d %d %d %d %d %d %d %d %.17g %d %d %.17g %d %d %.17g %d", word, cloud->count,
-	                      e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->drop, l->degree,
-	                      l->neighbors, o->screening, o->solver, o->mean, o->tolerance, o->iterations);
+	char models[4096];
+	/* Not as text: where memory is exhausted, the C library cannot print so many numbers at once, and says -1. */
+	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->degree, l->neighbors,
+	                     o->solver, o->mean, o->iterations};
+	const double reals[] = {l->drop, o->screening, o->tolerance};
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;
-	const void *data[] = {numbers, models, o->fixed, cloud->points, cloud->normals};
-	const size_t size[] = {(size_t)length, (size_t)named, o->fixed ? cloud->count : 0, 3 * cloud->count * sizeof(double),
+	const void *data[] = {word, &cloud->count, whole, reals, models, o->fixed, cloud->points, cloud->normals};
+	const size_t size[] = {strlen(word), sizeof cloud->count, sizeof whole, sizeof reals, (size_t)named, o->fixed ? cloud->count : 0,
+	                       3 * cloud->count * sizeof(double),
 	                       cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
 	gnp_sha256_text(data, size, sizeof size / sizeof *size, key);
 }

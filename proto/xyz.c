@@ -128,6 +128,16 @@ static gnp_status read_row(struct table *t, const char *start, const char *stop)
 	return status;
 }
 
+/* A letter or a quote: of a name, unless it is nan or inf. */
+static bool begins_with_name(const char *start, const char *stop)
+{
+	double value;
+	if (!isalpha((unsigned char)*start) && *start != '"')
+		return false;
+	const char *after = gnp_number_read(start, stop, &value);
+	return !after || (after < stop && !is_separator(*after));
+}
+
 static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 {
 	const char *start, *stop;
@@ -138,7 +148,7 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 			continue;
 		bool comment = *start == '#' || (*start == '/' && stop - start > 1 && start[1] == '/');
 		gnp_status status = GNP_OK;
-		if (!comment && (t->columns || !(isalpha((unsigned char)*start) || *start == '"')))
+		if (!comment && (t->columns || !begins_with_name(start, stop)))
 			status = read_row(t, start, stop);
 		else if (!t->columns)
 			read_heading(t, start, stop);

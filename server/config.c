@@ -174,11 +174,8 @@ static gnp_status read_line(struct gnpd_config *config, char *line, const char *
 	return status;
 }
 
-gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error)
+gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error)
 {
-	FILE *file = fopen(path, "r");
-	if (!file)
-		return gnp_error_set(error, GNP_IO, "%s: %s", path, strerror(errno));
 	char *line = NULL;
 	size_t capacity = 0;
 	gnp_status status = GNP_OK;
@@ -187,6 +184,15 @@ gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, s
 	if (status == GNP_OK && ferror(file))
 		status = gnp_error_set(error, GNP_IO, "%s: %s", path, strerror(errno));
 	free(line);
+	return status;
+}
+
+gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error)
+{
+	FILE *file = fopen(path, "r");
+	if (!file)
+		return gnp_error_set(error, GNP_IO, "%s: %s", path, strerror(errno));
+	gnp_status status = gnpd_config_read_stream(config, file, path, error);
 	fclose(file);
 	return status;
 }

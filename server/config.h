@@ -54,6 +54,8 @@ gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const ch
 
 /* Reads `key = value` lines; # begins a comment line. Errors name file and line. */
 gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error);
+/* The same of an open stream, which stays the caller's; path stands for it in messages. */
+gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
  * machine (the listen address is loopback or insecure is set; weights_dir is a readable directory). */

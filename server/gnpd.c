@@ -14,6 +14,7 @@
 
 #include "config.h"
 #include "http.h"
+#include "json_memory.h"
 #include "linalg.h"
 #include "listen.h"
 #include "operation.h"
@@ -126,7 +127,7 @@ static bool wait_drained(struct gnpd_server *server, double seconds)
 
 static void drain(struct gnpd_server *server)
 {
-	const double last_words = 2; /* seconds for cancelled requests to get their answer */
+	const double last_words = 1; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
 	if (wait_drained(server, server->config->drain_seconds))
@@ -239,6 +240,7 @@ int main(int argc, char **argv)
 	enum gnpd_config_action action;
 	gnp_linalg_restart(argv);
 	gnp_linalg_init();
+	gnp_json_memory_init();
 	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
 	if (status == GNP_OK)
 		status = act(action, &config, &error);

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "request.h"
@@ -87,6 +88,8 @@ static void on_connection(void *context, struct MHD_Connection *http, void **slo
 		char remote[64];
 		format_remote(http, remote, sizeof remote);
 		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, remote) : NULL;
+		if (information && !*slot) /* nobody would watch over it */
+			shutdown(information->connect_fd, SHUT_RDWR);
 	} else if (*slot) {
 		gnpd_connection_close(server->reaper, *slot);
 		*slot = NULL;
@@ -402,9 +405,14 @@ static enum MHD_Result on_request(void *context, struct MHD_Connection *http, co
 	return MHD_NO;
 }
 
+/* What a client did wrong is in the access log. A thread that has no connection and finds no file descriptor for its first one tries
+ * again at once, and would keep a processor busy with that. */
 static void on_library_message(void *context, const char *format, va_list arguments)
 {
-	(void)context, (void)format, (void)arguments; /* what a client did wrong is in the access log */
+	static const char no_files[] = "Hit process or system resource limit at FIRST connection";
+	(void)context, (void)arguments;
+	if (strncmp(format, no_files, sizeof no_files - 1) == 0)
+		usleep(20000);
 }
 
 gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, struct gnpd_http **out, struct gnp_error *error)

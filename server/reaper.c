@@ -297,10 +297,15 @@ static void *reaper_main(void *argument)
 void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason)
 {
 	struct gnpd_job *removed = NULL;
+	struct gnp_error error = {0};
+	gnp_error_set(&error, reason, "%s", gnp_status_text(reason));
 	pthread_mutex_lock(&reaper->lock);
-	for (struct gnpd_connection *c = reaper->first; c; c = c->next)
+	for (struct gnpd_connection *c = reaper->first; c; c = c->next) {
 		if (c->phase == GNPD_PHASE_WORK)
 			stop_work(reaper, c->request, reason, GNPD_CANCEL_SHUTDOWN, &removed);
+		else if (c->phase == GNPD_PHASE_HEADERS || c->phase == GNPD_PHASE_BODY)
+			cut(reaper, c, &error);
+	}
 	pthread_mutex_unlock(&reaper->lock);
 	run_removed(removed);
 }

@@ -49,7 +49,7 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct g
  * HTTP library takes no reply. Only while the library is reading. */
 void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error);
 
-/* Stops the work of every request with a reason. */
+/* Stops the work of every request with a reason, and cuts the connections that are still sending one. */
 void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason);
 
 #endif

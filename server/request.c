@@ -9,6 +9,9 @@
 #include "routes.h"
 #include "server.h"
 
+/* For the body of an error with its status's own sentence. */
+enum { SPARE_BYTES = 512 };
+
 struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char *uri)
 {
 	struct gnpd_request *request = calloc(1, sizeof *request);
@@ -18,7 +21,8 @@ struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char 
 	request->started = gnp_clock();
 	gnp_task_init(&request->task);
 	gnpd_request_set_id(request, NULL);
-	if (gnpd_target_parse(uri, &request->target) != GNP_OK) {
+	if (gnp_buffer_reserve(&request->spare, SPARE_BYTES, NULL) != GNP_OK || gnpd_target_parse(uri, &request->target) != GNP_OK) {
+		gnp_buffer_clear(&request->spare);
 		free(request);
 		return NULL;
 	}
@@ -39,6 +43,7 @@ void gnpd_request_free(struct gnpd_request *request)
 		return;
 	gnpd_request_release(request, request->reserved);
 	reply_clear(&request->reply);
+	gnp_buffer_clear(&request->spare);
 	gnp_response_clear(&request->response);
 	gnp_request_clear(&request->message);
 	gnp_buffer_clear(&request->decoded);
@@ -103,7 +108,12 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
 	if (status == GNP_METHOD_NOT_ALLOWED)
 		gnpd_reply_header(request, "Allow", "%s", gnpd_routes_allow(&request->target));
-	gnp_oip_error_body(status, error->text[0] ? error->text : gnp_status_text(status), request->id, &request->reply.body);
+	if (gnp_oip_error_body(status, error->text[0] ? error->text : gnp_status_text(status), request->id, &request->reply.body) == GNP_OK)
+		return;
+	gnp_buffer_clear(&request->reply.body);
+	request->reply.body = request->spare;
+	request->spare = (struct gnp_buffer){0};
+	gnp_oip_error_body(status, gnp_status_text(status), request->id, &request->reply.body);
 }
 
 size_t gnpd_reply_size(const struct gnpd_request *request)

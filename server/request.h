@@ -78,6 +78,7 @@ struct gnpd_request {
 	struct gnp_response response;
 	enum gnp_format output_format; /* of /v1 */
 
+	struct gnp_buffer spare; /* room for an error's body when there is no memory for another */
 	gnp_status status; /* what the reply says */
 	struct gnpd_reply reply;
 };

@@ -68,6 +68,19 @@ static void tables_of_numbers(void)
 	check_refused(GNP_FORMAT_XYZ, "x y z w\n1 2 3\n", "line 2");
 }
 
+/* A row that begins with nan or inf was taken for a heading, and lost. */
+static void rows_that_are_not_finite(void)
+{
+	static const char *const texts[] = {"nan 2 3\n4 5 6\n", "inf,2,3\n4,5,6\n", "# x y z\ninf 2 3\n4 5 6\n"};
+	for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+		struct gnp_tensors tensors = {0};
+		CHECK(decode_bytes(GNP_FORMAT_XYZ, texts[i], strlen(texts[i]), false, &tensors, NULL) == GNP_OK);
+		const struct gnp_tensor *p = gnp_tensors_find(&tensors, "points");
+		CHECK(p && p->shape[0] == 2 && !isfinite(gnp_tensor_get(p, 0)) && gnp_tensor_get(p, 5) == 6);
+		gnp_tensors_clear(&tensors);
+	}
+}
+
 static void pcd_files(void)
 {
 #define PCD "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z rgb normal_x normal_y normal_z hist\nSIZE 4 4 4 4 4 4 4 1\nTYPE F F F U F F F U\n" \
@@ -334,7 +347,7 @@ static void accept_headers(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(tables_of_numbers), TEST(pcd_files), TEST(obj_files), TEST(json_files),
+	static const struct test tests[] = {TEST(tables_of_numbers), TEST(rows_that_are_not_finite), TEST(pcd_files), TEST(obj_files), TEST(json_files),
 	                                    TEST(xyz_and_json_are_written_and_read_back), TEST(columns_are_inputs_by_their_names),
 	                                    TEST(arrays_are_inputs_by_their_names), TEST(vtk_is_big_endian),
 	                                    TEST(nan_has_no_json_form), TEST(formats_are_told_apart), TEST(accept_headers)};

@@ -1,0 +1,18 @@
+/* Memory of jansson, which does not bear to run out of it: in the middle of a text it drops characters without a word, or fails an
+ * assertion. A parse therefore takes all it may need at once, beforehand. */
+#ifndef GNP_PROTO_JSON_MEMORY_H
+#define GNP_PROTO_JSON_MEMORY_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Has jansson allocate through here, in all threads. Before it has allocated anything and before there are threads; until then
+ * the function below takes jansson's memory as it comes. */
+void gnp_json_memory_init(void);
+
+/* json_loadb, duplicates refused. *memory: what the tree lives in, for free() after the tree. NULL for a bad text, with *reason filled;
+ * *exhausted: for want of memory. */
+json_t *gnp_json_memory_load(const char *text, size_t size, void **memory, bool *exhausted, json_error_t *reason);
+
+#endif

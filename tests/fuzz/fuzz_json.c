@@ -1,0 +1,10 @@
+/* JSON bodies: the envelope of /v2 without binary tensors, and the file format of /v1. */
+#include "fuzz_oip.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	unsigned char *body = fuzz_copy(data, size);
+	fuzz_oip("", body, size);
+	free(body);
+	return fuzz_file(GNP_FORMAT_JSON, false, data, size);
+}

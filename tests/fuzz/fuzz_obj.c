@@ -1,0 +1,7 @@
+/* OBJ files, which are only read. */
+#include "fuzz_file.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	return fuzz_file(GNP_FORMAT_OBJ, false, data, size);
+}

@@ -1,0 +1,7 @@
+/* PLY files. Encoding adds the column `quality`, so that only the second pass is lossless. */
+#include "fuzz_file.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	return fuzz_file(GNP_FORMAT_PLY, false, data, size);
+}

@@ -1,0 +1,117 @@
+/* A request's line and headers. The input is text: METHOD TARGET VERSION, then a header a line. What http.c does with them before it
+ * reads the body is done here, then the query becomes parameters of the operation, and an error is answered. */
+#include <jansson.h>
+
+#include "fuzz.h"
+#include "oip.h"
+#include "operation.h"
+#include "request.h"
+#include "routes.h"
+#include "server.h"
+#include "strict.h"
+
+struct head {
+	struct gnpd_strict strict;
+	struct gnpd_request *request;
+	const char *id;
+};
+
+static void take_header(struct head *head, char *line)
+{
+	char *colon = strchr(line, ':');
+	const char *value = NULL;
+	if (colon) {
+		*colon = '\0';
+		value = colon + 1 + strspn(colon + 1, " \t");
+	}
+	gnpd_strict_header(&head->strict, line, value);
+	if (!value)
+		return;
+	if (strcasecmp(line, "Content-Type") == 0)
+		head->request->content_type = value;
+	else if (strcasecmp(line, "Accept") == 0)
+		head->request->accept = value;
+	else if (strcasecmp(line, "Inference-Header-Content-Length") == 0)
+		head->request->inference_length = value;
+	else if (strcasecmp(line, "X-Request-Id") == 0)
+		head->id = value;
+}
+
+/* Whatever is answered is JSON with the three members, for any text a client has a say in. */
+static void check_error(struct gnpd_request *request, const struct gnp_error *error)
+{
+	gnpd_reply_error(request, error);
+	const struct gnp_buffer *body = &request->reply.body;
+	json_t *root = json_loadb((const char *)body->data, body->size, JSON_REJECT_DUPLICATES, NULL);
+	FUZZ_REQUIRE(json_is_string(json_object_get(root, "error")) && json_is_string(json_object_get(root, "code")));
+	FUZZ_REQUIRE(strcmp(json_string_value(json_object_get(root, "request_id")), request->id) == 0);
+	FUZZ_REQUIRE(request->reply.code >= 400);
+	json_decref(root);
+}
+
+static void check_headers(const struct gnpd_request *request)
+{
+	enum gnp_format format = GNP_FORMAT_PLY;
+	size_t length;
+	if (request->content_type && gnp_format_by_media_type(request->content_type, &format))
+		FUZZ_REQUIRE(format < GNP_FORMAT_COUNT);
+	if (request->accept && gnp_format_by_accept(request->accept, &format))
+		FUZZ_REQUIRE(gnp_format_writable(format));
+	if (request->inference_length && gnp_oip_header_length(request->inference_length, 100, &length, NULL) == GNP_OK)
+		FUZZ_REQUIRE(length <= 100);
+}
+
+/* The query as parameters of the operation the path names, on a cloud of zeros. */
+static gnp_status check_query(struct gnpd_request *request, struct gnp_error *error)
+{
+	const size_t shape[] = {20, 3};
+	struct gnp_tensor *points;
+	const struct gnp_operation *operation = request->model ? gnp_operation_find(request->model) : NULL;
+	gnp_status status = gnpd_query_parse(request->target.query, &request->message.parameters, error);
+	FUZZ_REQUIRE(request->message.parameters.count <= GNPD_QUERY_MAX);
+	if (status != GNP_OK || !operation)
+		return status;
+	FUZZ_REQUIRE(gnp_tensors_add(&request->message.inputs, "points", GNP_FP32, 2, shape, &points, NULL) == GNP_OK);
+	memset(points->data, 0, points->size);
+	return gnp_call_prepare(operation, &request->message, NULL, &request->call, error);
+}
+
+static void handle(struct gnpd_request *request, char *line, char *rest, struct gnp_error *error)
+{
+	struct head head = {.request = request};
+	char *save = NULL, *method = strtok_r(line, " ", &save), *target = strtok_r(NULL, " ", &save);
+	const char *version = strtok_r(NULL, " ", &save);
+	if (!method || !target || gnpd_target_parse(target, &request->target) != GNP_OK)
+		return;
+	strncpy(request->method, method, sizeof request->method - 1);
+	for (char *header = strtok_r(rest, "\n", &save); header; header = strtok_r(NULL, "\n", &save))
+		take_header(&head, header);
+	gnpd_request_set_id(request, head.id);
+	gnp_status status = gnpd_strict_finish(&head.strict, version ? version : "HTTP/1.1", error);
+	check_headers(request);
+	if (status == GNP_OK)
+		status = gnpd_routes_match(request, error);
+	if (status == GNP_OK)
+		status = check_query(request, error);
+	FUZZ_REQUIRE(status == GNP_OK || error->text[0]);
+	if (status != GNP_OK)
+		check_error(request, error);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	struct gnpd_config config;
+	struct gnpd_server server = {.config = &config};
+	struct gnpd_request request = {.server = &server};
+	struct gnp_error error = {0};
+	char *text = fuzz_text(data, size), *end = strchr(text, '\n');
+	gnpd_config_defaults(&config);
+	if (end)
+		*end = '\0';
+	handle(&request, text, end ? end + 1 : text + strlen(text), &error);
+	gnp_buffer_clear(&request.reply.body);
+	gnp_request_clear(&request.message);
+	gnpd_target_clear(&request.target);
+	free(text);
+	return 0;
+}

@@ -1,0 +1,7 @@
+/* Text files: XYZ, TXT, CSV. */
+#include "fuzz_file.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+	return fuzz_file(GNP_FORMAT_XYZ, false, data, size);
+}
