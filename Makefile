@@ -28,7 +28,7 @@ OUT   := $(BUILD)$(if $(SAN),/$(subst $(comma),-,$(SAN)))
 
 PKGS_CORE   := nettle jansson
 PKGS_PROTO  := jansson zlib libzip
-PKGS_SERVER := libmicrohttpd
+PKGS_SERVER := libmicrohttpd gnutls
 PKGS_CLIENT := libcurl libpng
 
 # FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
@@ -58,7 +58,7 @@ TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: FORCE all demo test unit check bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -81,6 +81,15 @@ $(OUT)/libgnpclient.a: $(call object,$(CLIENT))
 	rm -f $@ && $(AR) rcs $@ $^
 $(OUT)/libgnpweights.a: $(call object,$(WEIGHTS))
 	rm -f $@ && $(AR) rcs $@ $^
+
+# What git calls the sources, in gnpd alone; without git the version has to do. The file changes only when the name does.
+DESCRIBED := $(if $(wildcard .git),$(shell git describe --always --dirty --tags 2>/dev/null))
+$(OUT)/.described: FORCE
+	@mkdir -p $(@D)
+	@echo '$(DESCRIBED)' | cmp -s - $@ || echo '$(DESCRIBED)' > $@
+FORCE:
+$(OUT)/server/gnpd.o: $(OUT)/.described
+$(OUT)/server/gnpd.o: CPPFLAGS += -DGNPD_BUILD='"$(DESCRIBED)"'
 
 LIB_CORE   := $(OUT)/libgnp.a
 LIB_PROTO  := $(OUT)/libgnpproto.a $(LIB_CORE)

@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "file.h"
+#include "guard.h"
 #include "message.h"
 #include "metrics.h"
 #include "models.h"
@@ -55,9 +56,14 @@ struct gnpd_request {
 	const char *version;
 	enum gnpd_label label;
 	char principal[GNPD_PRINCIPAL_MAX + 1]; /* the name of the key it came with; "" without keys */
+	struct gnpd_principal *who;             /* its owner; NULL without */
+	bool entered;                           /* counted among the owner's requests under way */
+	bool admin;                             /* came by the admin listener */
+	double retry_after;                     /* seconds a refusal tells the client; 0: the configuration's */
 
 	/* Headers, borrowed from the HTTP library until completion; NULL when absent. */
 	const char *content_type, *content_encoding, *accept, *inference_length;
+	struct gnpd_credentials credentials;
 	bool expects_continue;
 	bool has_length;
 	size_t content_length;
