@@ -137,6 +137,7 @@ static enum MHD_Result send_reply(struct gnpd_request *request)
 	if (reply->close)
 		MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
 	request->step = GNPD_STEP_SENT;
+	gnpd_request_leave(request);
 	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_REPLY, request);
 	enum MHD_Result result = MHD_queue_response(request->http, (unsigned)reply->code, response);
 	MHD_destroy_response(response);

@@ -34,13 +34,19 @@ static void reply_clear(struct gnpd_reply *reply)
 	memset(reply, 0, sizeof *reply);
 }
 
+void gnpd_request_leave(struct gnpd_request *request)
+{
+	if (request->entered)
+		gnpd_principal_leave(request->who);
+	request->entered = false;
+}
+
 void gnpd_request_free(struct gnpd_request *request)
 {
 	if (!request)
 		return;
 	gnpd_request_release(request, request->reserved);
-	if (request->entered)
-		gnpd_principal_leave(request->who);
+	gnpd_request_leave(request);
 	gnpd_principal_release(request->who);
 	reply_clear(&request->reply);
 	gnp_response_clear(&request->response);

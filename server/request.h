@@ -93,6 +93,9 @@ struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char 
 /* Gives reserved bytes back and frees all. NULL is allowed. */
 void gnpd_request_free(struct gnpd_request *request);
 
+/* The answer is there: the request no longer counts among its principal's. A client that has it may send the next at once. */
+void gnpd_request_leave(struct gnpd_request *request);
+
 /* Takes the client's id when it is 1..128 characters of [A-Za-z0-9._:-], else makes one. id may be NULL. */
 void gnpd_request_set_id(struct gnpd_request *request, const char *id);
 

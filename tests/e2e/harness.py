@@ -26,9 +26,10 @@ SLOW = _slowdown()
 
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
-    instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime."""
+    instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime.
+    wrap: words before the program; environment: more of it; pass_fds: descriptors it inherits."""
 
-    def __init__(self, log_to=None, weights=None, **flags):
+    def __init__(self, log_to=None, weights=None, wrap=(), environment=None, pass_fds=(), **flags):
         self.folder = tempfile.mkdtemp(prefix="gnpd-e2e.")
         port_file = os.path.join(self.folder, "port")
         self.weights_folder = os.path.join(self.folder, "weights")
@@ -38,11 +39,11 @@ class Server:
         self.log_path = os.path.join(self.folder, "log")
         command = [BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--weights-dir", self.weights_folder]
         command += ["--%s=%s" % (key.replace("_", "-"), value) for key, value in flags.items()]
-        environment = {k: v for k, v in os.environ.items() if not k.startswith("GNPD_")}
+        environment = dict({k: v for k, v in os.environ.items() if not k.startswith("GNPD_")}, **(environment or {}))
         environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
                                                                               "tsan.supp"))
         with open(self.log_path, "wb") as log:
-            self.process = subprocess.Popen(command, stderr=log if log_to is None else log_to, stdout=log, env=environment, cwd=self.folder)
+            self.process = subprocess.Popen([*wrap, *command], pass_fds=pass_fds, stderr=log if log_to is None else log_to, stdout=log, env=environment, cwd=self.folder)
         until = time.monotonic() + 10 * SLOW
         while not os.path.exists(port_file):
             if self.process.poll() is not None or time.monotonic() > until:
