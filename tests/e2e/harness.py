@@ -47,8 +47,9 @@ class Server:
         until = time.monotonic() + 10 * SLOW
         while not os.path.exists(port_file):
             if self.process.poll() is not None or time.monotonic() > until:
+                log = self.log()
                 self.kill()
-                raise AssertionError("the daemon did not start: " + self.log())
+                raise AssertionError("the daemon did not start: " + log)
             time.sleep(0.01)
         with open(port_file) as file:
             self.port = int(file.read())
