@@ -189,7 +189,7 @@ static struct set *set_create_take(struct gnpd_keys *keys, const struct set *bef
 
 gnp_status gnpd_guard_reload(struct gnpd_guard *guard, struct gnp_error *error)
 {
-	struct gnpd_keys *keys;
+	struct gnpd_keys *keys = NULL;
 	if (!gnpd_guard_on(guard))
 		return GNP_OK;
 	gnp_status status = gnpd_keys_load(guard->path, &keys, error);

@@ -45,7 +45,7 @@ static void use(struct gnpd_loader *loader, struct gnp_models *models)
 gnp_status gnpd_loader_reload(struct gnpd_loader *loader, struct gnp_error *error)
 {
 	struct gnpd_server *server = loader->server;
-	struct gnp_models *models;
+	struct gnp_models *models = NULL;
 	gnp_status status = load(server->config->weights_dir, atomic_load(&server->metrics.models), &models, error);
 	if (status != GNP_OK)
 		return status;

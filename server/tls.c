@@ -127,7 +127,7 @@ static gnp_status load(const struct gnpd_tls *tls, struct gnpd_tls_pair **out, s
 
 gnp_status gnpd_tls_reload(struct gnpd_tls *tls, struct gnp_error *error)
 {
-	struct gnpd_tls_pair *pair, *before;
+	struct gnpd_tls_pair *pair = NULL, *before;
 	gnp_status status = load(tls, &pair, error);
 	if (status != GNP_OK)
 		return status;
