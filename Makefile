@@ -16,6 +16,8 @@ else
 BUILD   ?= build
 PREFIX  ?= /usr/local
 DESTDIR ?=
+UNITS   ?= $(PREFIX)/lib/systemd/system
+CONFIG  ?= /etc/gnpd
 REGIME  ?= noise-70
 MINUTES ?= 20
 HEAD    ?= projection
@@ -150,7 +152,12 @@ install: all ## install to $(DESTDIR)$(PREFIX)
 		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
 	for f in weights/curves/*.png; do \
 		test ! -f $$f || install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/gnpd/weights/curves $$f || exit 1; done
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE deploy/gnpd.conf
+	install -d $(DESTDIR)$(UNITS)
+	for unit in gnpd.service gnpd.socket; do \
+		sed 's|@PREFIX@|$(PREFIX)|g' deploy/$$unit > $(DESTDIR)$(UNITS)/$$unit || exit 1; done
+	install -D -m 644 deploy/gnpd.sysusers $(DESTDIR)$(PREFIX)/lib/sysusers.d/gnpd.conf
+	test -e $(DESTDIR)$(CONFIG)/gnpd.conf || install -D -m 644 -t $(DESTDIR)$(CONFIG) deploy/gnpd.conf
 
 clean: ## remove what was built
 	rm -rf $(BUILD)

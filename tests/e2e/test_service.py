@@ -1,5 +1,6 @@
 """The daemon under a service manager: what it hears, the sockets it hands over, and which build it runs."""
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -156,3 +157,27 @@ def test_build_is_told(server):
     build = text.split("(")[1].rstrip(")\n") if "(" in text else ""
     assert server.get("/v2").json["version"] == version + ("+" + build if build else "")
     assert "gnpd_build_info{version=\"%s\",build=\"%s\"} 1\n" % (version, build) in server.get("/metrics").text
+
+
+def test_units_and_configuration_that_are_shipped():
+    """The configuration is read by the daemon; the units by systemd, where it is installed."""
+    here = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy")
+    done = subprocess.run([harness.BINARY, "--config", os.path.join(here, "gnpd.conf"), "--check-config"], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
+    assert done.returncode == 0, done.stderr
+    with open(os.path.join(here, "gnpd.conf")) as file, credentials.Folder() as folder:
+        beyond = folder.put("beyond.conf", file.read().replace("\nlisten = ", "\n#").replace("#listen", "listen").replace("#keys-file", "keys-file"))
+        done = subprocess.run([harness.BINARY, "--config", beyond, "--check-config"], stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
+        assert "keys-file: /etc/gnpd/keys: " in done.stderr, done.stderr
+        with open(os.path.join(here, "gnpd.service")) as file:
+            unit = file.read()
+        assert "Type=notify\n" in unit and unit.count("@PREFIX@/bin/gnpd") == 2
+        if not shutil.which("systemd-analyze"):
+            return
+        os.mkdir(folder.name("bin"))
+        os.symlink(harness.BINARY, folder.name("bin/gnpd"))
+        paths = [folder.put("gnpd.service", unit.replace("@PREFIX@", folder.path).replace("User=gnpd", "User=root").replace("Group=gnpd", "Group=root")),
+                 folder.put("gnpd.socket", open(os.path.join(here, "gnpd.socket")).read())]
+        done = subprocess.run(["systemd-analyze", "verify", "--man=no", *paths], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=60 * SLOW)
+        assert done.returncode == 0 and "gnpd" not in done.stdout, done.stdout

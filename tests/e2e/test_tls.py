@@ -1,4 +1,5 @@
 """TLS: what is spoken, certificates that change under open connections, and what the daemon says when it may not write plain text."""
+import os
 import signal
 import socket
 import ssl
@@ -188,3 +189,37 @@ def test_clients_over_tls_that_vanish():
             harness.eventually(lambda: kit.metric("gnpd_running_requests") == 0, 5)
         assert kit.metric("gnpd_cancelled_total{reason=\"client_gone\"}") == 2
         harness.eventually(lambda: kit.metric("gnpd_queue_bytes") == 0)
+
+
+def test_clients_over_tls():
+    """gnp and curl, with a key and the certificate they are told to trust, and without."""
+    gnp = os.environ.get("GNP", os.path.join(os.path.dirname(harness.BINARY), "gnp"))
+    key = credentials.new_key()
+    with credentials.Folder() as keys:
+        with Kit(keys_file=keys.put("keys", credentials.line("me", key, "infer", "rate=1/h burst=3"))) as kit:
+            url = "https://localhost:%d" % kit.server.port
+            with open(kit.folder.name("cloud.ply"), "wb") as file:
+                file.write(harness.ply(harness.sphere(600)))
+
+            def estimate(*more, **environment):
+                command = [gnp, "estimate", kit.folder.name("cloud.ply"), "--url", url, "--estimator", "gmls", "-o", kit.folder.name("out.ply"), *more]
+                environment = dict({k: v for k, v in os.environ.items() if not k.startswith("GNP")}, **environment)
+                done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=60 * SLOW, env=environment)
+                return done.returncode, done.stderr
+            trust = ("--cacert", kit.certificate)
+            assert estimate(*trust, GNP_KEY=key) == (0, "")
+            assert estimate(*trust, "--key", key, GNP_KEY="another") == (0, "")
+            code, text = estimate(*trust)
+            assert code == 3 and "a key is needed" in text and "HTTP 401" in text, text
+            code, text = estimate(*trust, GNP_KEY="unknown")
+            assert code == 3 and "the key is not known" in text, text
+            code, text = estimate(GNP_KEY=key)
+            assert code == 3 and "certificate" in text, text
+            code, text = estimate(*trust, GNP_KEY="two words\r\nX: y")
+            assert code == 2 and "key: need 1..512 characters without blanks" in text and "two" not in text, text
+            done = subprocess.run(["curl", "-sS", "--cacert", kit.certificate, "-H", "X-API-Key: " + key, "--data-binary",
+                                   "@" + kit.folder.name("cloud.ply"), url + "/v1/estimate?estimator=gmls"], stdout=subprocess.PIPE, timeout=60 * SLOW)
+            names, rows = harness.parse_ply(done.stdout)
+            assert len(rows) == 600 and "nx" in names, names
+            code, text = estimate(*trust, GNP_KEY=key)
+            assert code == 3 and "HTTP 429" in text and "over 0.000277778 requests a second" in text, text
