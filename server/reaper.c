@@ -43,14 +43,16 @@ struct gnpd_reaper {
 gnp_status gnpd_cut_answer(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer)
 {
 	struct gnp_buffer body = {0};
-	char retry[48] = "";
+	char retry[48] = "", echo[GNPD_ID_MAX + 24] = "";
 	int code = gnp_status_http(error->status);
 	gnp_status status = gnp_oip_error_body(error->status, error->text, id, &body);
+	if (*id)
+		snprintf(echo, sizeof echo, "X-Request-Id: %s\r\n", id);
 	if (code == 503 || code == 429)
 		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(answer, NULL, "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\nX-Request-Id: %s\r\n%s"
-		                           "Content-Length: %zu\r\nConnection: close\r\n\r\n", code, id, retry, body.size);
+		status = gnp_buffer_printf(answer, NULL, "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\n%s%s"
+		                           "Content-Length: %zu\r\nConnection: close\r\n\r\n", code, echo, retry, body.size);
 	if (status == GNP_OK)
 		status = gnp_buffer_append(answer, body.data, body.size, NULL);
 	gnp_buffer_clear(&body);

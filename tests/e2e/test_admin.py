@@ -110,7 +110,7 @@ def test_keys_at_the_admin_listener():
 
 def test_crowds_do_not_shut_administrators_out():
     """All connections, runners and places in the queue of the other listener are taken."""
-    count = 400_000 if SLOW == 1 else 60_000
+    count = 400_000 if SLOW == 1 else 200_000
     headers, body = harness.points_body(harness.sphere(count), estimator="gmls", cover="all")
     request = harness.make_request("POST", ESTIMATE, body, headers)
     with Admin(workers=2, runners=1, queue_count=2, max_connections=8, http_threads=2, drain_seconds=0) as admin:
