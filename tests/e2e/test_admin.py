@@ -155,7 +155,7 @@ def test_administrators_have_a_limit_of_their_own():
 
 
 def test_drain_is_seen_at_the_admin_listener():
-    count = 400_000 if SLOW == 1 else 60_000
+    count = 150_000 if SLOW == 1 else 60_000
     headers, body = harness.points_body(harness.sphere(count), estimator="gmls", cover="all")
     with Admin(workers=2, drain_seconds=60) as admin:
         with admin.server.connect(60) as s:
