@@ -16,6 +16,8 @@ else
 BUILD   ?= build
 PREFIX  ?= /usr/local
 DESTDIR ?=
+UNITS   ?= $(PREFIX)/lib/systemd/system
+CONFIG  ?= /etc/gnpd
 REGIME  ?= noise-70
 MINUTES ?= 20
 HEAD    ?= projection
@@ -29,7 +31,7 @@ OUT   := $(BUILD)$(if $(SAN),/$(subst $(comma),-,$(SAN)))
 
 PKGS_CORE   := nettle jansson
 PKGS_PROTO  := jansson zlib libzip
-PKGS_SERVER := libmicrohttpd
+PKGS_SERVER := libmicrohttpd gnutls
 PKGS_CLIENT := libcurl libpng
 
 # FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
@@ -61,7 +63,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: all demo test unit check fuzz fuzzers soak bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers soak bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -84,6 +86,15 @@ $(OUT)/libgnpclient.a: $(call object,$(CLIENT))
 	rm -f $@ && $(AR) rcs $@ $^
 $(OUT)/libgnpweights.a: $(call object,$(WEIGHTS))
 	rm -f $@ && $(AR) rcs $@ $^
+
+# What git calls the sources, in gnpd alone; without git the version has to do. The file changes only when the name does.
+DESCRIBED := $(if $(wildcard .git),$(shell git describe --always --dirty --tags 2>/dev/null))
+$(OUT)/.described: FORCE
+	@mkdir -p $(@D)
+	@echo '$(DESCRIBED)' | cmp -s - $@ || echo '$(DESCRIBED)' > $@
+FORCE:
+$(OUT)/server/gnpd.o: $(OUT)/.described
+$(OUT)/server/gnpd.o: CPPFLAGS += -DGNPD_BUILD='"$(DESCRIBED)"'
 
 LIB_CORE   := $(OUT)/libgnp.a
 LIB_PROTO  := $(OUT)/libgnpproto.a $(LIB_CORE)
@@ -166,7 +177,12 @@ install: all ## install to $(DESTDIR)$(PREFIX)
 		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
 	for f in weights/curves/*.png; do \
 		test ! -f $$f || install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/gnpd/weights/curves $$f || exit 1; done
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE deploy/gnpd.conf
+	install -d $(DESTDIR)$(UNITS)
+	for unit in gnpd.service gnpd.socket; do \
+		sed 's|@PREFIX@|$(PREFIX)|g' deploy/$$unit > $(DESTDIR)$(UNITS)/$$unit || exit 1; done
+	install -D -m 644 deploy/gnpd.sysusers $(DESTDIR)$(PREFIX)/lib/sysusers.d/gnpd.conf
+	test -e $(DESTDIR)$(CONFIG)/gnpd.conf || install -D -m 644 -t $(DESTDIR)$(CONFIG) deploy/gnpd.conf
 
 clean: ## remove what was built
 	rm -rf $(BUILD)

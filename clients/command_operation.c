@@ -16,6 +16,8 @@ static const struct gnp_option client_options[] = {
 	{"workers", 0, "N", "threads of local work (default: one a core)"},
 	{"weights-dir", 0, "DIR", "weights of local work (default: the installed ones, else ./weights)"},
 	{"url", 0, "URL", "have a server do it, for example http://127.0.0.1:8080"},
+	{"cacert", 0, "FILE", "certificates that show who the server is (default: the system's)"},
+	{"key", 0, "KEY", "key for the server (better in the environment variable GNP_KEY, which others do not see)"},
 	{"timeout", 0, "SECONDS", "how long a server may take (default: no limit)"},
 };
 #define CLIENT_OPTIONS (sizeof client_options / sizeof client_options[0])
@@ -23,7 +25,7 @@ static const struct gnp_option client_options[] = {
 /* One invocation. */
 struct job {
 	const struct gnp_operation *operation;
-	const char *input, *output, *url, *input_format_name, *weights_dir;
+	const char *input, *output, *url, *input_format_name, *weights_dir, *key, *cacert;
 	enum gnp_format input_format, output_format;
 	uint64_t workers;
 	double timeout;
@@ -56,6 +58,18 @@ static gnp_status parse_parameters(const struct gnp_arguments *arguments, struct
 	return status;
 }
 
+/* Whom the server may be and what it is shown. A key in the environment is not about local work. */
+static gnp_status parse_server(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
+{
+	job->cacert = gnp_arguments_get(arguments, "cacert", NULL);
+	job->key = gnp_arguments_get(arguments, "key", NULL);
+	if (!job->url && (job->cacert || job->key))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is for a server, and there is no --url", job->key ? "key" : "cacert");
+	if (!job->key)
+		job->key = getenv("GNP_KEY");
+	return job->url && job->key && *job->key ? gnp_http_check_key(job->key, error) : GNP_OK;
+}
+
 static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
 {
 	job->input = arguments->operands[0];
@@ -69,7 +83,9 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--weights-dir: is of local work, and --url asks a server");
 	if (job->url && gnp_arguments_has(arguments, "workers"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--workers: is of local work, and --url asks a server");
-	gnp_status status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
+	gnp_status status = parse_server(arguments, job, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
 	if (status == GNP_OK)
 		status = gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &job->timeout, error);
 	if (status == GNP_OK)
@@ -127,7 +143,8 @@ static gnp_status run_remote(struct job *job, struct gnp_session *session, struc
 	if (status == GNP_OK) {
 		struct gnp_http_request request = {.url = (const char *)url.data, .body = job->body.data, .size = job->body.size,
 		                                   .content_type = gnp_format_media_type(job->input_format),
-		                                   .accept = gnp_format_media_type(job->output_format), .timeout = job->timeout};
+		                                   .accept = gnp_format_media_type(job->output_format), .timeout = job->timeout,
+		                                   .key = job->key, .cacert = job->cacert};
 		status = gnp_http_post(&request, &session->progress, answer, error);
 	}
 	gnp_buffer_clear(&url);

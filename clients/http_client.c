@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { KEY_MAX = 512 };
+
 struct exchange {
 	struct gnp_progress *progress;
 	struct gnp_buffer body;
@@ -111,21 +113,41 @@ static CURLcode perform(CURLM *multi, CURL *easy, const struct gnp_task *task)
 	return result;
 }
 
+gnp_status gnp_http_check_key(const char *key, struct gnp_error *error)
+{
+	size_t length = 0;
+	while (key[length] > ' ' && key[length] < 127)
+		length++;
+	if (length == 0 || length > KEY_MAX || key[length])
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "key: need 1..%d characters without blanks", KEY_MAX);
+	return GNP_OK;
+}
+
+/* Appends "name: value"; false, the list freed, when memory is exhausted. */
+static bool add_header(struct curl_slist **headers, const char *name, const char *value)
+{
+	char line[KEY_MAX + 64];
+	snprintf(line, sizeof line, *value ? "%s: %s" : "%s:", name, value);
+	struct curl_slist *more = curl_slist_append(*headers, line);
+	if (more) {
+		*headers = more;
+		return true;
+	}
+	curl_slist_free_all(*headers);
+	*headers = NULL;
+	return false;
+}
+
 static struct curl_slist *headers_of(const struct gnp_http_request *request)
 {
-	char line[256];
-	snprintf(line, sizeof line, "Content-Type: %s", request->content_type);
-	struct curl_slist *headers = curl_slist_append(NULL, line), *more = NULL;
-	snprintf(line, sizeof line, "Accept: %s", request->accept);
-	if (headers)
-		more = curl_slist_append(headers, line);
+	char bearer[KEY_MAX + 8];
+	struct curl_slist *headers = NULL;
+	snprintf(bearer, sizeof bearer, "Bearer %s", request->key ? request->key : "");
 	/* Waiting for "100 Continue" would cost up to a second with a server that does not send it. */
-	if (more)
-		more = curl_slist_append(headers, "Expect:");
-	if (!more) {
-		curl_slist_free_all(headers);
-		return NULL;
-	}
+	bool good = add_header(&headers, "Content-Type", request->content_type) && add_header(&headers, "Accept", request->accept) &&
+	            add_header(&headers, "Expect", "");
+	if (good && request->key && *request->key)
+		add_header(&headers, "Authorization", bearer);
 	return headers;
 }
 
@@ -134,6 +156,9 @@ static void set_options(CURL *easy, const struct gnp_http_request *request, stru
 	curl_easy_setopt(easy, CURLOPT_URL, request->url);
 	curl_easy_setopt(easy, CURLOPT_PROTOCOLS_STR, "http,https");
 	curl_easy_setopt(easy, CURLOPT_NOSIGNAL, 1L);
+	curl_easy_setopt(easy, CURLOPT_SSLVERSION, (long)CURL_SSLVERSION_TLSv1_2);
+	if (request->cacert)
+		curl_easy_setopt(easy, CURLOPT_CAINFO, request->cacert);
 	curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, reason);
 	curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT, 10L);
 	curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, (long)(1000 * request->timeout));

@@ -11,6 +11,8 @@
 struct gnp_http_request {
 	const char *url;          /* complete, query string included */
 	const char *content_type, *accept;
+	const char *key;          /* of the server's; NULL or "": none is sent */
+	const char *cacert;       /* file of certificates that are trusted instead of the system's; NULL: the system's */
 	const void *body;
 	size_t size;
 	double timeout;           /* seconds for the whole exchange, 0: none */
@@ -21,6 +23,9 @@ struct gnp_http_request {
  * HTTP code and request id. No answer at all: GNP_IO naming the URL and the reason; too slow: GNP_DEADLINE. */
 gnp_status gnp_http_post(const struct gnp_http_request *request, struct gnp_progress *progress,
                          struct gnp_buffer *response, struct gnp_error *error);
+
+/* A key as it can stand in a header, 1..512 characters without blanks or controls: else GNP_INVALID_ARGUMENT, which does not quote it. */
+gnp_status gnp_http_check_key(const char *key, struct gnp_error *error);
 
 /* Appends text to the buffer with everything but letters, digits, '-', '.', '_', '~' and ',' percent-encoded. */
 gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct gnp_error *error);

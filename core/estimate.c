@@ -11,7 +11,8 @@
 #include "prepare.h"
 #include "surface.h"
 
-enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 96 };
+/* Patches a chunk: a multiple of the batches of the projection head, and few enough that small requests do not wait long for it. */
+enum { K_MIN = 12, K_MAX = 500, PATCHES_A_CHUNK = 48 };
 
 struct gnp_estimate_options gnp_estimate_defaults(void)
 {

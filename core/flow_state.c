@@ -9,7 +9,7 @@
 #include "patch.h"
 #include "select.h"
 
-enum { POINTS_A_CHUNK = 384, RING_MAX = 512 };
+enum { POINTS_A_CHUNK = 128, RING_MAX = 512 };
 
 gnp_status gnp_flow_state_reserve(struct gnp_flow_state *state, size_t count, struct gnp_error *error)
 {

@@ -21,7 +21,7 @@ static const double long_ratio = 3;
 enum {
 	NEIGHBOURS = 16,
 	NEIGHBOURS_MAX = 256,
-	CHUNK = 1024,  /* points a worker takes at a time */
+	CHUNK = 256,   /* points a worker takes at a time */
 	BLOCK = 8192,  /* points of a serial loop between two looks at the task */
 	SHORT = 24576, /* levels of short edges: 0 .. SHORT - 1; long ones take the rest */
 	DOUBTFUL = 10032, /* SHORT sqrt(0.5 / worst): from here the normals or the edge tell two stories */

@@ -29,6 +29,7 @@ struct gnp_pool {
 	pthread_mutex_t lock;
 	pthread_cond_t work;
 	struct loop *turn; /* next loop to serve; NULL when the ring is empty */
+	unsigned taken;    /* chunks handed out */
 	bool stopping;
 	unsigned count;
 	struct worker workers[];
@@ -59,15 +60,47 @@ static void ring_remove(struct gnp_pool *pool, struct loop *loop)
 	loop->previous = loop->next = NULL;
 }
 
-/* Hands out the next chunk of the loop whose turn it is and passes the turn on. Lock held. */
-static struct loop *take_chunk(struct gnp_pool *pool, size_t *begin, size_t *end)
+/* Lock held. Loops without a task are pieces of work nobody keeps an account of. */
+static bool is_young(const struct loop *loop)
+{
+	const uint64_t youth = 500000000; /* nanoseconds */
+	return loop->task && gnp_task_served(loop->task) < youth;
+}
+
+/* Lock held. The next loop in turn, but for three chunks of four the next that is young. */
+static struct loop *choose(struct gnp_pool *pool)
 {
 	struct loop *loop = pool->turn;
+	if (pool->taken++ % 4 == 3)
+		return loop;
+	do {
+		if (is_young(loop))
+			return loop;
+		loop = loop->next;
+	} while (loop != pool->turn);
+	return loop;
+}
+
+/* Lock held. The turn goes on; a loop that was served out of turn goes behind the others. */
+static void pass_turn(struct gnp_pool *pool, struct loop *loop)
+{
+	if (pool->turn == loop) {
+		pool->turn = loop->next;
+	} else {
+		ring_remove(pool, loop);
+		ring_add(pool, loop);
+	}
+}
+
+/* Lock held. */
+static struct loop *take_chunk(struct gnp_pool *pool, size_t *begin, size_t *end)
+{
+	struct loop *loop = choose(pool);
 	*begin = loop->begin;
 	*end = loop->count - loop->begin > loop->chunk ? loop->begin + loop->chunk : loop->count;
 	loop->begin = *end;
 	loop->running++;
-	pool->turn = loop->next;
+	pass_turn(pool, loop);
 	if (loop->begin == loop->count)
 		ring_remove(pool, loop);
 	return loop;
@@ -111,7 +144,9 @@ static void *worker_main(void *argument)
 		pthread_mutex_unlock(&pool->lock);
 
 		struct gnp_error error = {0};
+		double started = gnp_clock();
 		gnp_status status = run_chunk(loop, begin, end, worker->scratch, &error);
+		gnp_task_serve(loop->task, (uint64_t)(1e9 * (gnp_clock() - started)));
 		if (status == GNP_OK)
 			gnp_task_advance(loop->task, end - begin);
 

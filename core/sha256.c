@@ -1,5 +1,6 @@
 #include "sha256.h"
 
+#include <nettle/memops.h>
 #include <nettle/sha2.h>
 #include <stdint.h>
 
@@ -18,4 +19,17 @@ void gnp_sha256_text(const void *const *data, const size_t *size, size_t pieces,
 		text[2 * i + 1] = digits[digest[i] & 15];
 	}
 	text[2 * sizeof digest] = '\0';
+}
+
+void gnp_sha256(const void *data, size_t size, unsigned char digest[GNP_SHA256_SIZE])
+{
+	struct sha256_ctx context;
+	sha256_init(&context);
+	sha256_update(&context, size, data);
+	sha256_digest(&context, GNP_SHA256_SIZE, digest);
+}
+
+bool gnp_sha256_equal(const unsigned char a[GNP_SHA256_SIZE], const unsigned char b[GNP_SHA256_SIZE])
+{
+	return memeql_sec(a, b, GNP_SHA256_SIZE);
 }

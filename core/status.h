@@ -22,6 +22,7 @@
 	X(GNP_DEGENERATE, "degenerate_geometry", 422, "the points do not determine a surface")       \
 	X(GNP_SINGULAR, "singular_system", 422, "the linear system is singular")                     \
 	X(GNP_NO_CONVERGENCE, "no_convergence", 422, "the iteration did not converge")               \
+	X(GNP_LIMITED, "limited", 429, "the caller is at its limit, try again later")                \
 	X(GNP_CANCELLED, "cancelled", 499, "the work was cancelled")                                 \
 	X(GNP_INTERNAL, "internal", 500, "an internal error")                                        \
 	X(GNP_IO, "io", 500, "input or output failed")                                               \

@@ -22,6 +22,7 @@ void gnp_task_init(struct gnp_task *task)
 	atomic_init(&task->stage, GNP_STAGE_WAITING);
 	atomic_init(&task->done, 0);
 	atomic_init(&task->total, 0);
+	atomic_init(&task->served, 0);
 	task->started = gnp_clock();
 	for (int i = 0; i < GNP_STAGE_COUNT; i++)
 		task->seconds[i] = 0;
@@ -31,6 +32,27 @@ void gnp_task_init_part(struct gnp_task *task, const struct gnp_task *parent)
 {
 	gnp_task_init(task);
 	task->parent = parent;
+}
+
+/* parent is const because a part may not change it otherwise; its account is atomic. */
+static struct gnp_task *outermost(const struct gnp_task *task)
+{
+	while (task && task->parent)
+		task = task->parent;
+	return (struct gnp_task *)task;
+}
+
+void gnp_task_serve(struct gnp_task *task, uint64_t nanoseconds)
+{
+	struct gnp_task *whole = outermost(task);
+	if (whole)
+		atomic_fetch_add_explicit(&whole->served, nanoseconds, memory_order_relaxed);
+}
+
+uint64_t gnp_task_served(const struct gnp_task *task)
+{
+	const struct gnp_task *whole = outermost(task);
+	return whole ? atomic_load_explicit(&whole->served, memory_order_relaxed) : 0;
 }
 
 void gnp_task_stop(struct gnp_task *task, gnp_status reason)

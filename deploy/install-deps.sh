@@ -8,9 +8,9 @@
 # Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang). The default is demo.
 set -eu
 
-build='gcc make pkg-config libc6-dev libmicrohttpd-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
+build='gcc make pkg-config libc6-dev libmicrohttpd-dev libgnutls28-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
-test="$demo python3 python3-numpy"
+test="$demo python3 python3-numpy openssl"
 fuzz="$test clang libclang-rt-14-dev"
 
 mode=install
@@ -36,8 +36,9 @@ done
 present() {
 	case "$1" in
 	gcc) command -v cc || command -v gcc ;;
-	make | pkg-config | curl | python3 | clang) command -v "$1" ;;
+	make | pkg-config | curl | python3 | openssl | clang) command -v "$1" ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
+	libgnutls28-dev) pkg-config --exists gnutls ;;
 	libjansson-dev) pkg-config --exists jansson ;;
 	nettle-dev) pkg-config --exists nettle ;;
 	libpng-dev) pkg-config --exists libpng ;;

@@ -259,6 +259,24 @@ static void put_fixed_paths(struct writer *w)
 		    paths[i].path, paths[i].method, paths[i].summary, paths[i].media_type);
 }
 
+/* The paths of the admin listener, which is a server of its own. */
+static void put_admin_paths(struct writer *w)
+{
+	static const char error[] = "        default: {$ref: '#/components/responses/Error'}\n",
+	                  server[] = "    servers: [{url: 'http://127.0.0.1:9090', description: 'the address of admin-listen'}]\n";
+	PUT(w, "  /admin/reload:\n%s    get:\n      summary: 'what the last loads of keys, certificate and weights came to'\n      responses:\n"
+	       "        '200': {description: 'done', content: {application/json: {}}}\n%s"
+	       "    post:\n      summary: 'load keys, certificate and weights again, as SIGHUP does'\n      responses:\n"
+	       "        '202': {description: 'asked for; the number of the load', content: {application/json: {}}}\n%s", server, error, error);
+	PUT(w, "  /admin/log-level:\n%s    get:\n      summary: 'the level of the log'\n      responses:\n"
+	       "        '200': {description: 'done', content: {application/json: {}}}\n%s"
+	       "    put:\n      summary: 'change it'\n      parameters:\n"
+	       "        - {name: level, in: query, required: true, schema: {type: string, enum: [error, warning, info, debug]}}\n"
+	       "      responses:\n        '200': {description: 'done', content: {application/json: {}}}\n%s", server, error, error);
+	PUT(w, "  /admin/config:\n%s    get:\n      summary: 'the configuration in effect, as its file has it'\n      responses:\n"
+	       "        '200': {description: 'done', content: {text/plain: {}}}\n%s", server, error);
+}
+
 static void put_model_paths(struct writer *w, const struct gnp_operation *operation)
 {
 	static const struct {
@@ -305,7 +323,10 @@ gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error)
 		put_model_paths(&w, operation);
 	}
 	put_fixed_paths(&w);
-	PUT(&w, "components:\n  responses:\n    Error:\n      description: 'what went wrong'\n      content:\n"
+	put_admin_paths(&w);
+	PUT(&w, "security: [{}, {bearer: []}, {key: []}]\n"
+	        "components:\n  securitySchemes:\n    bearer: {type: http, scheme: bearer, description: 'where the server has keys'}\n"
+	        "    key: {type: apiKey, in: header, name: X-API-Key}\n  responses:\n    Error:\n      description: 'what went wrong'\n      content:\n"
 	        "        application/json: {schema: {$ref: '#/components/schemas/error'}}\n  schemas:\n");
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
 		put_request_schema(&w, operation);

@@ -90,11 +90,11 @@ static gnp_status add_output(struct gnp_estimate *estimate, enum gnp_quantity q,
 }
 
 static gnp_status add_outputs(struct gnp_estimate *estimate, enum gnp_datatype datatype, struct gnp_pool *pool,
-                              struct gnp_response *response, struct gnp_error *error)
+                              struct gnp_task *task, struct gnp_response *response, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	if (datatype == GNP_FP32)
-		status = gnp_pool_run(pool, NULL, GNP_QUANTITY_COUNT, 1, round_quantities, estimate, error);
+		status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities, estimate, error);
 	for (int q = 0; q < GNP_QUANTITY_COUNT && status == GNP_OK; q++) {
 		if (estimate->values[q])
 			status = add_output(estimate, q, datatype, response, error);
@@ -124,7 +124,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	status = gnp_estimate_run(&cloud, o, pool, task, &estimate, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_outputs(&estimate, input.type, pool, response, error);
+		status = add_outputs(&estimate, input.type, pool, task, response, error);
 	if (status == GNP_OK)
 		status = add_report(&estimate, o, task, &response->parameters, error);
 done:

@@ -9,7 +9,7 @@
 
 #include "listen.h"
 
-enum kind { TEXT, FLAG, COUNT, BYTES, SECONDS, LOG_FORMAT };
+enum kind { TEXT, FLAG, COUNT, BYTES, SECONDS, CHOICE };
 
 struct field {
 	const char *key;
@@ -20,6 +20,10 @@ struct field {
 	const char *help;
 };
 
+static const char *const log_formats[] = {[GNPD_LOG_TEXT] = "text", [GNPD_LOG_JSON] = "json", NULL};
+static const char *const log_levels[] = {[GNPD_LOG_ERROR] = "error", [GNPD_LOG_WARNING] = "warning", [GNPD_LOG_INFO] = "info",
+                                         [GNPD_LOG_DEBUG] = "debug", NULL};
+
 #define FIELD(member) offsetof(struct gnpd_config, member)
 #define TIB 1099511627776.0
 
@@ -27,12 +31,21 @@ static const struct field fields[] = {
 	{"listen", TEXT, FIELD(listen), "127.0.0.1:8080", 0, 0, "address and port; port 0 takes a free one"},
 	{"port-file", TEXT, FIELD(port_file), "", 0, 0, "file that receives the port once requests are answered"},
 	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0, "directory of the weights; none: ../share/gnpd/weights beside the program, else ./weights, where those have any"},
-	{"insecure", FLAG, FIELD(insecure), "false", 0, 0, "allow an address other than loopback"},
+	{"insecure", FLAG, FIELD(insecure), "false", 0, 0, "allow an address other than loopback without keys"},
+	{"keys-file", TEXT, FIELD(keys_file), "", 0, 0, "file of keys, a line each; none: nobody is asked for a key"},
+	{"tls-certificate", TEXT, FIELD(tls_certificate), "", 0, 0, "PEM file of the certificate and those between it and its authority; none: no TLS"},
+	{"tls-key", TEXT, FIELD(tls_key), "", 0, 0, "PEM file of its private key"},
+	{"admin-listen", TEXT, FIELD(admin_listen), "", 0, 0, "address and port of the admin listener; none: there is none"},
+	{"admin-port-file", TEXT, FIELD(admin_port_file), "", 0, 0, "file that receives its port"},
+	{"admin-connections", COUNT, FIELD(admin_connections), "32", 1, 65536, "open connections of the admin listener"},
 	{"workers", COUNT, FIELD(workers), "0", 0, 1024, "compute threads; 0: the number of cores"},
 	{"runners", COUNT, FIELD(runners), "8", 1, 1024, "requests computed at once"},
 	{"http-threads", COUNT, FIELD(http_threads), "2", 1, 64, "threads that read and write sockets"},
 	{"max-connections", COUNT, FIELD(max_connections), "1000", 2, 65536, "open connections"},
-	{"max-body-bytes", BYTES, FIELD(max_body_bytes), "512M", 1, TIB, "one request's body, also after decompression"},
+	{"max-connections-per-address", COUNT, FIELD(max_connections_per_address), "0", 0, 65536, "of these from one address; 0: any number"},
+	{"max-body-bytes", BYTES, FIELD(max_body_bytes), "512M", 1, TIB, "one request's body as it is sent"},
+	{"max-decoded-bytes", BYTES, FIELD(max_decoded_bytes), "0", 0, TIB, "the same after decompression; 0: as max-body-bytes"},
+	{"request-memory-bytes", BYTES, FIELD(request_memory_bytes), "4G", 1024, 64 * TIB, "body and estimated memory of one request"},
 	{"max-points", COUNT, FIELD(max_points), "10000000", 1, 2147483647, "points of one request"},
 	{"queue-count", COUNT, FIELD(queue_count), "64", 1, 65536, "requests that may wait"},
 	{"queue-bytes", BYTES, FIELD(queue_bytes), "4G", 1024, 64 * TIB, "bodies and estimated memory of all requests held"},
@@ -48,10 +61,17 @@ static const struct field fields[] = {
 	{"work-seconds", SECONDS, FIELD(work_seconds), "300", 0.01, 86400, "from the end of the body to the answer"},
 	{"drain-seconds", SECONDS, FIELD(drain_seconds), "30", 0, 86400, "for running work after SIGTERM"},
 	{"retry-after-seconds", SECONDS, FIELD(retry_after_seconds), "1", 1, 86400, "what a 503 tells the client"},
-	{"log-format", LOG_FORMAT, FIELD(log_format), "text", 0, 0, "text or json"},
+	{"log-format", CHOICE, FIELD(log_format), "text", 0, 0, "text or json"},
+	{"log-level", CHOICE, FIELD(log_level), "info", 0, 0, "error, warning, info or debug: what is no less grave is logged"},
 	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
 };
 enum { FIELDS = sizeof fields / sizeof fields[0] };
+
+/* The texts of a CHOICE, by value, ended by NULL. */
+static const char *const *choices_of(const struct field *field)
+{
+	return field->offset == FIELD(log_level) ? log_levels : log_formats;
+}
 
 static const struct field *field_find(const char *key)
 {
@@ -119,12 +139,26 @@ static gnp_status set_number(const struct field *field, void *target, const char
 	return GNP_OK;
 }
 
-static gnp_status set_log_format(const struct field *field, int *target, const char *text, struct gnp_error *error)
+/* "a", "a or b", "a, b or c". */
+static void list_choices(const char *const *choices, char *text, size_t capacity)
 {
-	if (strcmp(text, "text") != 0 && strcmp(text, "json") != 0)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%s\", need text or json", field->key, text);
-	*target = strcmp(text, "json") == 0 ? GNPD_LOG_JSON : GNPD_LOG_TEXT;
-	return GNP_OK;
+	size_t size = 0;
+	text[0] = '\0';
+	for (size_t i = 0; choices[i] && size < capacity; i++)
+		size += (size_t)snprintf(text + size, capacity - size, "%s%s", i == 0 ? "" : choices[i + 1] ? ", " : " or ", choices[i]);
+}
+
+static gnp_status set_choice(const struct field *field, int *target, const char *text, struct gnp_error *error)
+{
+	char list[128];
+	const char *const *choices = choices_of(field);
+	for (int i = 0; choices[i]; i++)
+		if (strcmp(text, choices[i]) == 0) {
+			*target = i;
+			return GNP_OK;
+		}
+	list_choices(choices, list, sizeof list);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.80s\", need %s", field->key, text, list);
 }
 
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error)
@@ -136,7 +170,7 @@ gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const ch
 	switch (field->kind) {
 	case TEXT: return set_text(field, target, text, error);
 	case FLAG: return set_flag(field, target, text, error);
-	case LOG_FORMAT: return set_log_format(field, target, text, error);
+	case CHOICE: return set_choice(field, target, text, error);
 	default: return set_number(field, target, text, error);
 	}
 }
@@ -309,16 +343,36 @@ static const char *environment_value(char *const *environment, const char *name)
 	return NULL;
 }
 
-static gnp_status check_machine(const struct gnpd_config *config, struct gnp_error *error)
+/* Whoever reaches an address may use the server, but for keys. */
+static gnp_status check_address(const struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error)
 {
 	struct gnpd_address address;
-	gnp_status status = gnpd_address_parse(config->listen, &address, error);
+	struct gnp_error cause = {0};
+	gnp_status status = gnpd_address_parse(text, &address, &cause);
+	if (status != GNP_OK)
+		return gnp_error_set(error, status, "%s: %s", key, cause.text);
+	return gnpd_address_is_loopback(&address) ? GNP_OK : gnpd_config_allows(config, key, text, error);
+}
+
+gnp_status gnpd_config_allows(const struct gnpd_config *config, const char *key, const char *address, struct gnp_error *error)
+{
+	if (config->insecure || config->keys_file[0])
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "%s: got \"%.80s\", need a loopback address: whoever reaches another one may use this server; "
+	                     "--keys-file asks for keys, --insecure allows it", key, address);
+}
+
+static gnp_status check_machine(const struct gnpd_config *config, struct gnp_error *error)
+{
+	gnp_status status = check_address(config, "listen", config->listen, error);
+	if (status == GNP_OK && config->admin_listen[0])
+		status = check_address(config, "admin-listen", config->admin_listen, error);
 	if (status != GNP_OK)
 		return status;
-	if (!gnpd_address_is_loopback(&address) && !config->insecure)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "listen: got \"%s\", need a loopback address: whoever reaches another one may use this "
-		                     "server; --insecure allows it", config->listen);
+	if (!config->tls_certificate[0] != !config->tls_key[0])
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: is not given, need it with %s",
+		                     config->tls_key[0] ? "tls-certificate" : "tls-key", config->tls_key[0] ? "tls-key" : "tls-certificate");
 	struct stat information;
 	const char *directory = config->weights_dir;
 	if (*directory && (stat(directory, &information) != 0 || access(directory, R_OK | X_OK) != 0))
@@ -354,12 +408,38 @@ void gnpd_config_print(const struct gnpd_config *config, FILE *file)
 		switch (fields[i].kind) {
 		case TEXT: fprintf(file, "%s\n", (const char *)value); break;
 		case FLAG: fprintf(file, "%s\n", *(const bool *)value ? "true" : "false"); break;
-		case LOG_FORMAT: fprintf(file, "%s\n", *(const int *)value == GNPD_LOG_JSON ? "json" : "text"); break;
+		case CHOICE: fprintf(file, "%s\n", choices_of(&fields[i])[*(const int *)value]); break;
 		case SECONDS: fprintf(file, "%.15g\n", *(const double *)value); break;
 		case COUNT:
 		case BYTES: fprintf(file, "%zu\n", *(const size_t *)value); break;
 		}
 	}
+}
+
+void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit visit, void *context)
+{
+	for (size_t i = 0; i < FIELDS; i++) {
+		const void *value = (const char *)config + fields[i].offset;
+		if (fields[i].kind == SECONDS)
+			visit(context, fields[i].key, *(const double *)value);
+		else if (fields[i].kind == COUNT || fields[i].kind == BYTES)
+			visit(context, fields[i].key, (double)*(const size_t *)value);
+	}
+}
+
+const char *gnpd_log_level_name(enum gnpd_log_level level)
+{
+	return log_levels[level];
+}
+
+bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level)
+{
+	for (int i = 0; log_levels[i]; i++)
+		if (strlen(log_levels[i]) == length && memcmp(log_levels[i], name, length) == 0) {
+			*level = (enum gnpd_log_level)i;
+			return true;
+		}
+	return false;
 }
 
 void gnpd_config_help(FILE *file)
@@ -371,6 +451,7 @@ void gnpd_config_help(FILE *file)
 	for (size_t i = 0; i < FIELDS; i++)
 		fprintf(file, "  --%-24s %s [%s]\n", fields[i].key, fields[i].help, fields[i].value);
 	fprintf(file, "  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n  --%-24s %s\n", "config", "file of key = value lines",
-	        "check-config", "say whether the configuration and the weights are good, and exit", "print-config",
-	        "print the configuration in effect, and exit", "version", "print the version, and exit");
+	        "check-config", "say whether the configuration, keys, certificate and weights are good, and exit", "print-config",
+	        "print the configuration in effect, and exit", "version", "print version and build, and exit");
+	fprintf(file, "  --%-24s %s\n", "make-key NAME", "print a fresh key and its line for keys-file, and exit");
 }

@@ -15,17 +15,26 @@
 #define GNPD_VERSION "0.1.0"
 
 enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
+enum gnpd_log_level { GNPD_LOG_ERROR, GNPD_LOG_WARNING, GNPD_LOG_INFO, GNPD_LOG_DEBUG };
 
 struct gnpd_config {
 	char listen[GNPD_CONFIG_TEXT];      /* ADDRESS:PORT, [ADDRESS]:PORT or localhost:PORT; port 0: any free one */
 	char port_file[GNPD_CONFIG_TEXT];   /* the port in use is written here once requests are answered; "" for none */
 	char weights_dir[GNPD_CONFIG_TEXT]; /* "": the default folders of gnp_models_load */
-	bool insecure;                      /* allow an address other than loopback */
+	bool insecure;                      /* allow an address other than loopback without keys */
+	char keys_file[GNPD_CONFIG_TEXT];   /* "": nobody is asked for a key */
+	char tls_certificate[GNPD_CONFIG_TEXT], tls_key[GNPD_CONFIG_TEXT]; /* PEM files, both or neither */
+	char admin_listen[GNPD_CONFIG_TEXT]; /* as listen; "": no admin listener */
+	char admin_port_file[GNPD_CONFIG_TEXT];
+	size_t admin_connections;           /* of the admin listener */
 	size_t workers;                     /* compute threads; 0: the number of cores */
 	size_t runners;                     /* requests computed at once */
 	size_t http_threads;
 	size_t max_connections;
-	size_t max_body_bytes;              /* of one request, also after decompression */
+	size_t max_connections_per_address; /* 0: any number */
+	size_t max_body_bytes;              /* of one request, as it is sent */
+	size_t max_decoded_bytes;           /* the same after decompression; 0: as max_body_bytes */
+	size_t request_memory_bytes;        /* body and estimated memory of one request */
 	size_t max_points;                  /* of one request */
 	size_t queue_count;                 /* requests that may wait for a runner */
 	size_t queue_bytes;                 /* bodies plus estimated memory of all requests held */
@@ -42,6 +51,7 @@ struct gnpd_config {
 	double drain_seconds;               /* for running work after SIGTERM */
 	double retry_after_seconds;         /* what a 503 tells the client */
 	int log_format;                     /* enum gnpd_log_format */
+	int log_level;                      /* enum gnpd_log_level at the start */
 	bool access_log;
 };
 
@@ -58,9 +68,20 @@ gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, s
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the listen address is loopback or insecure is set; weights_dir is a readable directory). */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory). */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
                             enum gnpd_config_action *action, struct gnp_error *error);
+
+/* May the server listen at an address that is not loopback? key: the one that named it; address: as text. */
+gnp_status gnpd_config_allows(const struct gnpd_config *config, const char *key, const char *address, struct gnp_error *error);
+
+/* Every numeric key with its value. */
+typedef void (*gnpd_config_visit)(void *context, const char *key, double value);
+void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit visit, void *context);
+
+const char *gnpd_log_level_name(enum gnpd_log_level level);
+/* name: length bytes. False when there is no such level. */
+bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level);
 
 /* In the form gnpd_config_read_file reads. */
 void gnpd_config_print(const struct gnpd_config *config, FILE *file);

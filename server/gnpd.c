@@ -1,6 +1,7 @@
 /* gnpd: reads its configuration, starts the parts in order of need, waits for signals, stops them in reverse. */
 #include <errno.h>
 #include <malloc.h>
+#include <math.h>
 #include <semaphore.h>
 #include <signal.h>
 #include <stdatomic.h>
@@ -16,11 +17,20 @@
 #include "http.h"
 #include "json_memory.h"
 #include "linalg.h"
-#include "listen.h"
+#include "listeners.h"
+#include "notify.h"
 #include "operation.h"
 #include "server.h"
 
+/* What git calls the sources; the Makefile says it. */
+#ifndef GNPD_BUILD
+#define GNPD_BUILD ""
+#endif
+
 extern char **environ;
+
+/* "0.1.0 (f599a22)", or the version alone. */
+static const char *const version = sizeof GNPD_BUILD > 1 ? GNPD_VERSION " (" GNPD_BUILD ")" : GNPD_VERSION;
 
 /* The stop flag: what signals have come and not been acted on. A handler, not a mask alone, because libraries start threads
  * before main that no mask of ours reaches. */
@@ -80,36 +90,43 @@ static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
 	return GNP_OK;
 }
 
-/* Written beside and renamed, so that whoever waits for the file never reads half of it. */
-static gnp_status write_port_file(const char *path, unsigned port, struct gnp_error *error)
+/* What the service manager hears: a sign of life as long as the watching thread and the queue answer, and a line for people. */
+static void give_sign(struct gnpd_server *server)
 {
-	char beside[GNPD_CONFIG_TEXT + 8];
-	if (!*path)
-		return GNP_OK;
-	snprintf(beside, sizeof beside, "%s.new", path);
-	FILE *file = fopen(beside, "w");
-	if (!file)
-		return gnp_error_set(error, GNP_IO, "port-file: %s: %s", beside, strerror(errno));
-	bool written = fprintf(file, "%u\n", port) > 0;
-	written = fclose(file) == 0 && written;
-	if (!written || rename(beside, path) != 0)
-		return gnp_error_set(error, GNP_IO, "port-file: %s: %s", path, strerror(errno));
-	return GNP_OK;
+	const double silence_max = 5; /* seconds; the watching thread comes round every 0.1 */
+	if (!gnpd_notify_due(server->notify, gnp_clock()))
+		return;
+	struct gnpd_queue_state state = gnpd_queue_state(server->queue);
+	if (gnpd_reaper_silence(server->reaper) < silence_max)
+		gnpd_notify_alive(server->notify);
+	gnpd_notify_status(server->notify, "%s: %zu running, %zu waiting", atomic_load(&server->draining) ? "draining" : "ready",
+	                   state.running, state.waiting);
+}
+
+/* The earlier of the end of the wait and the next sign of life. */
+static bool sleep_until(struct gnpd_server *server, double until)
+{
+	double interval = gnpd_notify_interval(server->notify), sign = interval > 0 ? gnp_clock() + interval : INFINITY;
+	double first = until < sign ? until : sign;
+	if (isinf(first)) {
+		sem_wait(&arrived.wake);
+		return true;
+	}
+	struct timespec end = {(time_t)first, (long)((first - (double)(time_t)first) * 1e9)};
+	return sem_clockwait(&arrived.wake, CLOCK_MONOTONIC, &end) == 0 || errno != ETIMEDOUT || gnp_clock() < until;
 }
 
 /* True when a signal other than SIGHUP came within the time; seconds < 0: waits for one. */
 static bool wait_signal(struct gnpd_server *server, double seconds)
 {
-	double until = gnp_clock() + seconds;
-	struct timespec end = {(time_t)until, (long)((until - (double)(time_t)until) * 1e9)};
+	double until = seconds < 0 ? INFINITY : gnp_clock() + seconds;
 	for (;;) {
 		while (take(&arrived.hangups))
-			gnpd_loader_reload(server->loader);
+			gnpd_log_event(&server->log, "info", "SIGHUP: reload %lu", gnpd_reloader_ask(server->reloader));
 		if (take(&arrived.stops))
 			return true;
-		if (seconds < 0)
-			sem_wait(&arrived.wake);
-		else if (sem_clockwait(&arrived.wake, CLOCK_MONOTONIC, &end) != 0 && errno == ETIMEDOUT)
+		give_sign(server);
+		if (!sleep_until(server, until))
 			return false;
 	}
 }
@@ -129,6 +146,7 @@ static void drain(struct gnpd_server *server)
 {
 	const double last_words = 1; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
+	gnpd_notify_stopping(server->notify, server->config->drain_seconds + last_words);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
@@ -146,39 +164,53 @@ static void end_work(struct gnpd_server *server)
 		usleep(1000);
 }
 
-static gnp_status serve(struct gnpd_server *server, struct gnp_error *error)
+static gnp_status serve(struct gnpd_server *server, const struct gnpd_inherited *inherited, struct gnp_error *error)
 {
-	struct gnpd_address address;
-	struct gnpd_http *http = NULL;
-	unsigned port;
-	int fd;
-	gnp_status status = gnpd_address_parse(server->config->listen, &address, error);
-	if (status == GNP_OK)
-		status = gnpd_listen_open(&address, &fd, &port, error);
-	if (status == GNP_OK)
-		status = gnpd_http_start_take(server, fd, &http, error);
+	struct gnpd_listeners listeners;
+	gnp_status status = gnpd_listeners_start_take(server, inherited, &listeners, error);
 	if (status != GNP_OK)
 		return status;
-	status = write_port_file(server->config->port_file, port, error);
-	if (status == GNP_OK) {
-		gnpd_log_event(&server->log, "info", "gnpd " GNPD_VERSION " ready on port %u with %u workers", port,
-		               gnp_pool_workers(server->pool));
-		wait_signal(server, -1);
-		drain(server);
-	}
+	gnpd_log_event(&server->log, "info", "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
+	gnpd_notify_ready(server->notify);
+	wait_signal(server, -1);
+	drain(server);
 	end_work(server);
-	gnpd_http_stop(http);
+	gnpd_listeners_stop(&listeners);
+	return GNP_OK;
+}
+
+static gnp_status hear_manager(struct gnpd_server *server, struct gnpd_inherited *inherited, struct gnp_error *error)
+{
+	enum { FIRST = 3 };
+	gnp_status status = gnpd_inherit(getenv("LISTEN_PID"), getenv("LISTEN_FDS"), getenv("LISTEN_FDNAMES"), FIRST, inherited, error);
+	if (status == GNP_OK)
+		status = gnpd_notify_create(getenv("NOTIFY_SOCKET"), getenv("WATCHDOG_USEC"), getenv("WATCHDOG_PID"), &server->notify, error);
+	return status;
+}
+
+static gnp_status load_secrets(struct gnpd_server *server, struct gnp_error *error)
+{
+	const struct gnpd_config *config = server->config;
+	gnp_status status = gnpd_guard_create(config->keys_file, &server->guard, error);
+	if (status == GNP_OK && config->tls_certificate[0])
+		status = gnpd_tls_create(config->tls_certificate, config->tls_key, &server->tls, error);
 	return status;
 }
 
 static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 {
 	struct gnpd_server server = {.config = config};
-	gnpd_log_init(&server.log, (enum gnpd_log_format)config->log_format, STDERR_FILENO);
+	struct gnpd_inherited inherited;
+	gnpd_log_init(&server.log, (enum gnpd_log_format)config->log_format, (enum gnpd_log_level)config->log_level, STDERR_FILENO);
 	keep_freed_memory();
 	catch_signals();
 	gnpd_metrics_init(&server.metrics);
-	gnp_status status = raise_file_limit(config->max_connections, error);
+	server.metrics.build = GNPD_BUILD;
+	gnp_status status = hear_manager(&server, &inherited, error);
+	if (status == GNP_OK)
+		status = raise_file_limit(config->max_connections + config->admin_connections, error);
+	if (status == GNP_OK)
+		status = load_secrets(&server, error);
 	if (status == GNP_OK && getrandom(&server.boot, sizeof server.boot, 0) != sizeof server.boot)
 		status = gnp_error_set(error, GNP_IO, "random numbers: %s", strerror(errno));
 	if (status == GNP_OK)
@@ -194,11 +226,17 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
 	if (status == GNP_OK)
-		status = serve(&server, error);
+		status = gnpd_reloader_create(&server, &server.reloader, error);
+	if (status == GNP_OK)
+		status = serve(&server, &inherited, error);
+	gnpd_reloader_free(server.reloader);
 	gnpd_reaper_free(server.reaper);
 	gnpd_queue_free(server.queue);
 	gnp_prepared_cache_free(server.cache);
 	gnpd_loader_free(server.loader);
+	gnpd_tls_free(server.tls);
+	gnpd_guard_free(server.guard);
+	gnpd_notify_free(server.notify);
 	gnp_pool_free(server.pool);
 	gnp_buffer_clear(&server.openapi);
 	if (status == GNP_OK)
@@ -211,8 +249,13 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 static gnp_status check(const struct gnpd_config *config, struct gnp_error *error)
 {
 	struct gnp_models *models = NULL;
-	gnp_status status = gnp_models_load(config->weights_dir, &models, error);
+	struct gnpd_server server = {.config = config};
+	gnp_status status = load_secrets(&server, error);
+	if (status == GNP_OK)
+		status = gnp_models_load(config->weights_dir, &models, error);
 	gnp_models_release(models);
+	gnpd_tls_free(server.tls);
+	gnpd_guard_free(server.guard);
 	return status;
 }
 
@@ -223,13 +266,25 @@ static gnp_status act(enum gnpd_config_action action, const struct gnpd_config *
 	case GNPD_CONFIG_RUN: return run(config, error);
 	case GNPD_CONFIG_HELP: gnpd_config_help(stdout); break;
 	case GNPD_CONFIG_PRINT: gnpd_config_print(config, stdout); break;
-	case GNPD_CONFIG_VERSION: puts("gnpd " GNPD_VERSION); break;
+	case GNPD_CONFIG_VERSION: printf("gnpd %s\n", version); break;
 	case GNPD_CONFIG_CHECK:
 		status = check(config, error);
 		if (status == GNP_OK)
 			puts("the configuration is good");
 		break;
 	}
+	return status;
+}
+
+/* The key once, for its owner; then its line, for the file. */
+static gnp_status make_key(const char *name, struct gnp_error *error)
+{
+	char key[GNPD_KEY_TEXT], hash[GNP_SHA256_TEXT];
+	gnp_status status = gnpd_key_check_name(name, error);
+	if (status == GNP_OK)
+		status = gnpd_key_make(key, hash, error);
+	if (status == GNP_OK)
+		printf("%s\n%s sha256:%s infer,jobs\n", key, name, hash);
 	return status;
 }
 
@@ -241,8 +296,10 @@ int main(int argc, char **argv)
 	gnp_linalg_restart(argv);
 	gnp_linalg_init();
 	gnp_json_memory_init();
-	gnp_status status = gnpd_config_load(&config, argc, argv, environ, &action, &error);
-	if (status == GNP_OK)
+	gnp_status status;
+	if (argc == 3 && strcmp(argv[1], "--make-key") == 0)
+		status = make_key(argv[2], &error);
+	else if ((status = gnpd_config_load(&config, argc, argv, environ, &action, &error)) == GNP_OK)
 		status = act(action, &config, &error);
 	if (status == GNP_OK)
 		return EXIT_SUCCESS;

@@ -1,21 +1,27 @@
 #include "http.h"
 
 #include <arpa/inet.h>
+#include <gnutls/abstract.h>
+#include <gnutls/gnutls.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "admit.h"
 #include "request.h"
 #include "routes.h"
 #include "strict.h"
 
+/* One listener. */
 struct gnpd_http {
 	struct gnpd_server *server;
 	struct MHD_Daemon *daemon;
+	bool admin, tls;
 };
 
 static struct gnpd_connection *connection_of(struct MHD_Connection *http)
@@ -30,7 +36,7 @@ static void log_request(const struct gnpd_request *request, double seconds)
 {
 	const struct gnpd_access access = {
 		.id = request->id, .remote = gnpd_connection_remote(request->connection), .method = request->method,
-		.path = request->target.path, .code_name = gnp_status_name(request->status), .status = request->reply.code,
+		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status), .status = request->reply.code,
 		.bytes_in = request->received, .bytes_out = gnpd_reply_size(request), .points = request->call.points,
 		.seconds = seconds, .waited = request->waited};
 	gnpd_log_access(&request->server->log, &access);
@@ -51,6 +57,8 @@ static void finish_request(struct gnpd_request *request)
 	atomic_fetch_add(&server->metrics.bytes_out, gnpd_reply_size(request));
 	if (request->status == GNP_OK)
 		atomic_fetch_add(&server->metrics.points, request->call.points);
+	if (request->who)
+		gnpd_principal_count(request->who, request->reply.code, request->status == GNP_OK ? request->call.points : 0);
 	if (server->config->access_log)
 		log_request(request, seconds);
 	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_IDLE, NULL);
@@ -82,12 +90,13 @@ static void format_remote(struct MHD_Connection *http, char *text, socklen_t cap
 
 static void on_connection(void *context, struct MHD_Connection *http, void **slot, enum MHD_ConnectionNotificationCode code)
 {
-	struct gnpd_server *server = context;
+	const struct gnpd_http *listener = context;
+	struct gnpd_server *server = listener->server;
 	if (code == MHD_CONNECTION_NOTIFY_STARTED) {
 		const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_CONNECTION_FD);
-		char remote[64];
-		format_remote(http, remote, sizeof remote);
-		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, remote) : NULL;
+		struct gnpd_origin origin = {.tls = listener->tls, .admin = listener->admin};
+		format_remote(http, origin.remote, sizeof origin.remote);
+		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, &origin) : NULL;
 		if (information && !*slot) /* nobody would watch over it */
 			shutdown(information->connect_fd, SHUT_RDWR);
 	} else if (*slot) {
@@ -131,6 +140,7 @@ static enum MHD_Result send_reply(struct gnpd_request *request)
 	if (reply->close)
 		MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
 	request->step = GNPD_STEP_SENT;
+	gnpd_request_leave(request);
 	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_REPLY, request);
 	enum MHD_Result result = MHD_queue_response(request->http, (unsigned)reply->code, response);
 	MHD_destroy_response(response);
@@ -245,6 +255,18 @@ static gnp_status append_body(struct gnpd_request *request, const char *data, si
 	return GNP_OK;
 }
 
+/* Under TLS the answer goes through the session, on this thread, which serves it. */
+static void cut(struct gnpd_request *request, const struct gnp_error *error)
+{
+	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+	struct gnp_buffer answer = {0};
+	double retry_after = request->server->config->retry_after_seconds;
+	if (information && information->tls_session && gnpd_cut_answer(error, request->id, retry_after, &answer) == GNP_OK)
+		gnpd_tls_send_last(information->tls_session, answer.data, answer.size);
+	gnp_buffer_clear(&answer);
+	gnpd_connection_cut(request->server->reaper, request->connection, error);
+}
+
 static enum MHD_Result take_body(struct gnpd_request *request, const char *data, size_t size)
 {
 	struct gnp_error error = {0};
@@ -262,7 +284,7 @@ static enum MHD_Result take_body(struct gnpd_request *request, const char *data,
 	} else {
 		gnp_error_set(&error, request->status, "%s", gnp_status_text(request->status));
 	}
-	gnpd_connection_cut(request->server->reaper, request->connection, &error);
+	cut(request, &error);
 	return MHD_NO;
 }
 
@@ -302,7 +324,13 @@ static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const c
 		request->inference_length = value;
 	else if (strcasecmp(name, "X-Request-Id") == 0)
 		walk->id = value;
-	else if (strcasecmp(name, "Expect") == 0)
+	else if (strcasecmp(name, "Authorization") == 0) {
+		request->credentials.authorization = value;
+		request->credentials.authorizations++;
+	} else if (strcasecmp(name, "X-API-Key") == 0) {
+		request->credentials.api_key = value;
+		request->credentials.api_keys++;
+	} else if (strcasecmp(name, "Expect") == 0)
 		request->expects_continue = strcasecmp(value, "100-continue") == 0;
 	else if (strcasecmp(name, "Content-Length") == 0) {
 		request->has_length = true;
@@ -315,9 +343,15 @@ static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const c
 static gnp_status check_admission(struct gnpd_request *request, struct gnp_error *error)
 {
 	struct gnpd_server *server = request->server;
-	gnp_status status = gnpd_routes_match(request, error);
-	if (status != GNP_OK || !request->route->work)
+	struct gnp_error unmatched = {0};
+	bool known = gnpd_routes_match(request, &unmatched) == GNP_OK;
+	gnp_status status = gnpd_admit(request, known, error);
+	if (status != GNP_OK)
 		return status;
+	if (!known)
+		return gnp_error_set(error, unmatched.status, "%s", unmatched.text);
+	if (!request->route->work)
+		return GNP_OK;
 	if (atomic_load(&server->draining)) {
 		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
@@ -369,12 +403,14 @@ static enum MHD_Result on_headers(struct gnpd_request *request, const char *meth
 /* The first line has come. What it returns is the request's context until completion. */
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *http)
 {
-	struct gnpd_server *server = context;
+	const struct gnpd_http *listener = context;
+	struct gnpd_server *server = listener->server;
 	struct gnpd_connection *connection = connection_of(http);
 	struct gnpd_request *request = connection ? gnpd_request_create(server, uri) : NULL;
 	if (!request)
 		return NULL;
 	request->http = http;
+	request->admin = listener->admin;
 	request->connection = connection;
 	gnpd_connection_enter(server->reaper, connection, GNPD_PHASE_HEADERS, request);
 	return request;
@@ -405,34 +441,68 @@ static enum MHD_Result on_request(void *context, struct MHD_Connection *http, co
 	return MHD_NO;
 }
 
-/* What a client did wrong is in the access log. A thread that has no connection and finds no file descriptor for its first one tries
- * again at once, and would keep a processor busy with that. */
+/* What a client did wrong is in the access log; this is for whoever looks for more. A thread that has no connection and finds no file
+ * descriptor for its first one tries again at once, and would keep a processor busy with that. */
 static void on_library_message(void *context, const char *format, va_list arguments)
 {
 	static const char no_files[] = "Hit process or system resource limit at FIRST connection";
-	(void)context, (void)arguments;
+	struct gnpd_http *listener = context;
+	char text[256];
 	if (strncmp(format, no_files, sizeof no_files - 1) == 0)
 		usleep(20000);
+	if (!gnpd_log_wants(&listener->server->log, GNPD_LOG_DEBUG))
+		return;
+	vsnprintf(text, sizeof text, format, arguments);
+	text[strcspn(text, "\n")] = '\0';
+	gnpd_log_event(&listener->server->log, "debug", "http: %s", text);
 }
 
-gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, struct gnpd_http **out, struct gnp_error *error)
+/* The library leaves its connection with the session (daemon.c of 0.9.75, as for its own PSK callback). */
+static int on_certificate(gnutls_session_t session, const struct gnutls_cert_retr_st *information, gnutls_pcert_st **certificates,
+                          unsigned *count, gnutls_ocsp_data_st **ocsp, unsigned *ocsp_count, gnutls_privkey_t *key, unsigned *flags)
 {
-	const struct gnpd_config *config = server->config;
+	struct MHD_Connection *http = gnutls_session_get_ptr(session);
+	struct gnpd_connection *connection = http ? connection_of(http) : NULL;
+	(void)information;
+	if (!connection)
+		return -1;
+	struct gnpd_tls_pair *pair = gnpd_tls_pair(gnpd_connection_server(connection)->tls);
+	gnpd_tls_pair_contents(gnpd_connection_hold_take(connection, pair), certificates, count, key);
+	*ocsp = NULL;
+	*ocsp_count = *flags = 0;
+	return 0;
+}
+
+/* Idle connections are the reaper's; the library's own timeout stays off. */
+static struct MHD_Daemon *start_daemon(struct gnpd_http *http, int fd)
+{
+	const struct gnpd_config *config = http->server->config;
+	const unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
+	struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_PRIORITIES, 0, GNPD_TLS_PRIORITIES},
+	                               {MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)on_certificate},
+	                               {MHD_OPTION_END, 0, NULL}};
+	return MHD_start_daemon(
+		flags | (http->tls ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, http->server, MHD_OPTION_EXTERNAL_LOGGER,
+		on_library_message, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_THREAD_POOL_SIZE,
+		http->admin ? 1u : (unsigned)config->http_threads, MHD_OPTION_CONNECTION_LIMIT,
+		(unsigned)(http->admin ? config->admin_connections : config->max_connections), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+		config->connection_memory_bytes, MHD_OPTION_CONNECTION_MEMORY_INCREMENT, config->connection_memory_bytes / 4,
+		MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL,
+		MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_ARRAY, http->tls ? tls : tls + 2, MHD_OPTION_END);
+}
+
+gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, struct gnpd_http **out,
+                                struct gnp_error *error)
+{
 	struct gnpd_http *http = calloc(1, sizeof *http);
 	if (!http) {
 		close(fd);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
 	}
 	http->server = server;
-	/* Idle connections are the reaper's; the library's own timeout stays off. */
-	http->daemon = MHD_start_daemon(
-		MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG, 0, NULL, NULL,
-		on_request, server, MHD_OPTION_EXTERNAL_LOGGER, on_library_message, NULL, MHD_OPTION_LISTEN_SOCKET, fd,
-		MHD_OPTION_THREAD_POOL_SIZE, (unsigned)config->http_threads, MHD_OPTION_CONNECTION_LIMIT,
-		(unsigned)config->max_connections, MHD_OPTION_CONNECTION_MEMORY_LIMIT, config->connection_memory_bytes,
-		MHD_OPTION_CONNECTION_MEMORY_INCREMENT, config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1,
-		MHD_OPTION_URI_LOG_CALLBACK, on_uri, server, MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL,
-		MHD_OPTION_NOTIFY_CONNECTION, on_connection, server, MHD_OPTION_END);
+	http->admin = admin;
+	http->tls = tls;
+	http->daemon = start_daemon(http, fd);
 	if (!http->daemon) {
 		close(fd);
 		free(http);

@@ -1,17 +1,21 @@
-/* HTTP over libmicrohttpd (the only file that includes its header): connections, bodies, replies.
+/* HTTP over libmicrohttpd (the only file that includes its header): listeners, connections, bodies, replies.
  *
  * Threads of the library read sockets and never block: small answers are made in its callbacks, everything else on a
  * runner while the connection is suspended. One completion callback logs, counts and frees each request. */
 #ifndef GNPD_HTTP_H
 #define GNPD_HTTP_H
 
+#include <stdbool.h>
+
 #include "server.h"
 #include "status.h"
 
 struct gnpd_http;
 
-/* Takes fd, a listening socket, over (also on failure). server must be complete. */
-gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, struct gnpd_http **out, struct gnp_error *error);
+/* Takes fd, a listening socket, over (also on failure). server must be complete. admin: the admin listener, whose one thread and
+ * connections are its own; else the one of requests. tls: server->tls is there and the listener speaks it. */
+gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, struct gnpd_http **out,
+                                struct gnp_error *error);
 
 /* Closes all connections and frees. No request may be suspended any more. NULL is allowed. */
 void gnpd_http_stop(struct gnpd_http *http);

@@ -2,17 +2,13 @@
 
 #include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "server.h"
 
 struct gnpd_loader {
 	struct gnpd_server *server;
-	pthread_t thread;
-	pthread_mutex_t lock; /* of all below */
-	pthread_cond_t wake;
+	pthread_mutex_t lock; /* of models */
 	struct gnp_models *models;
-	bool asked, ending;
 };
 
 /* A folder that had models and has none is a mistake, say an unmounted disk. */
@@ -46,38 +42,16 @@ static void use(struct gnpd_loader *loader, struct gnp_models *models)
 	gnp_models_release(old);
 }
 
-static void reload(struct gnpd_loader *loader)
+gnp_status gnpd_loader_reload(struct gnpd_loader *loader, struct gnp_error *error)
 {
 	struct gnpd_server *server = loader->server;
 	struct gnp_models *models = NULL;
-	struct gnp_error error = {0};
-	if (load(server->config->weights_dir, atomic_load(&server->metrics.models), &models, &error) == GNP_OK) {
-		log_models(&server->log, "SIGHUP: weights reloaded", models);
-		use(loader, models);
-		atomic_fetch_add(&server->metrics.reloads[GNPD_RELOAD_OK], 1);
-	} else {
-		gnpd_log_event(&server->log, "error", "SIGHUP: the weights in use are kept: %s", error.text);
-		atomic_fetch_add(&server->metrics.reloads[GNPD_RELOAD_FAILED], 1);
-	}
-}
-
-/* True when there is a load to do, false at the end. */
-static bool wait_asked(struct gnpd_loader *loader)
-{
-	pthread_mutex_lock(&loader->lock);
-	while (!loader->asked && !loader->ending)
-		pthread_cond_wait(&loader->wake, &loader->lock);
-	loader->asked = false;
-	bool ending = loader->ending;
-	pthread_mutex_unlock(&loader->lock);
-	return !ending;
-}
-
-static void *reload_when_asked(void *context)
-{
-	while (wait_asked(context))
-		reload(context);
-	return NULL;
+	gnp_status status = load(server->config->weights_dir, atomic_load(&server->metrics.models), &models, error);
+	if (status != GNP_OK)
+		return status;
+	log_models(&server->log, "reload: weights", models);
+	use(loader, models);
+	return GNP_OK;
 }
 
 gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **out, struct gnp_error *error)
@@ -88,13 +62,9 @@ gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **o
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no memory for %zu bytes", sizeof *loader);
 	loader->server = server;
 	pthread_mutex_init(&loader->lock, NULL);
-	pthread_cond_init(&loader->wake, NULL);
 	gnp_status status = load(folder, 0, &loader->models, error);
-	int fault = status == GNP_OK ? pthread_create(&loader->thread, NULL, reload_when_asked, loader) : 0;
-	if (fault)
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no thread: %s", strerror(fault));
 	if (status != GNP_OK) {
-		gnp_models_release(loader->models);
+		pthread_mutex_destroy(&loader->lock);
 		free(loader);
 		return status;
 	}
@@ -110,13 +80,7 @@ void gnpd_loader_free(struct gnpd_loader *loader)
 {
 	if (!loader)
 		return;
-	pthread_mutex_lock(&loader->lock);
-	loader->ending = true;
-	pthread_cond_signal(&loader->wake);
-	pthread_mutex_unlock(&loader->lock);
-	pthread_join(loader->thread, NULL);
 	gnp_models_release(loader->models);
-	pthread_cond_destroy(&loader->wake);
 	pthread_mutex_destroy(&loader->lock);
 	free(loader);
 }
@@ -127,12 +91,4 @@ struct gnp_models *gnpd_loader_models(struct gnpd_loader *loader)
 	struct gnp_models *models = gnp_models_retain(loader->models);
 	pthread_mutex_unlock(&loader->lock);
 	return models;
-}
-
-void gnpd_loader_reload(struct gnpd_loader *loader)
-{
-	pthread_mutex_lock(&loader->lock);
-	loader->asked = true;
-	pthread_cond_signal(&loader->wake);
-	pthread_mutex_unlock(&loader->lock);
 }

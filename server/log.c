@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -115,7 +116,7 @@ static void access_json(struct line *line, const struct gnpd_access *access)
 	put_time(line);
 	put(line, "\",\"level\":\"info\",\"event\":\"request\",\"request_id\":");
 	put_quoted(line, access->id);
-	put(line, ",\"remote\":\"%s\",\"method\":", access->remote);
+	put(line, ",\"remote\":\"%s\",\"principal\":\"%s\",\"method\":", access->remote, access->principal);
 	put_quoted(line, access->method);
 	put(line, ",\"path\":");
 	put_quoted(line, access->path);
@@ -134,11 +135,14 @@ static void access_text(struct line *line, const struct gnpd_access *access)
 	put(line, " %d %s in=%zu out=%zu points=%zu seconds=%.6f waited=%.6f id=", access->status, access->code_name,
 	    access->bytes_in, access->bytes_out, access->points, access->seconds, access->waited);
 	put_quoted(line, access->id);
+	if (access->principal[0])
+		put(line, " principal=%s", access->principal);
 }
 
-void gnpd_log_init(struct gnpd_log *log, enum gnpd_log_format format, int fd)
+void gnpd_log_init(struct gnpd_log *log, enum gnpd_log_format format, enum gnpd_log_level level, int fd)
 {
 	*log = (struct gnpd_log){.format = format, .fd = fd};
+	atomic_init(&log->level, (int)level);
 	pthread_mutex_init(&log->lock, NULL);
 }
 
@@ -147,8 +151,15 @@ void gnpd_log_fini(struct gnpd_log *log)
 	pthread_mutex_destroy(&log->lock);
 }
 
+bool gnpd_log_wants(struct gnpd_log *log, enum gnpd_log_level level)
+{
+	return (int)level <= atomic_load(&log->level);
+}
+
 void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access)
 {
+	if (!gnpd_log_wants(log, GNPD_LOG_INFO))
+		return;
 	struct line line = {.size = 0};
 	if (log->format == GNPD_LOG_JSON)
 		access_json(&line, access);
@@ -161,7 +172,10 @@ void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format,
 {
 	char text[512];
 	struct line line = {.size = 0};
+	enum gnpd_log_level gravity;
 	va_list arguments;
+	if (gnpd_log_level_find(level, strlen(level), &gravity) && !gnpd_log_wants(log, gravity))
+		return;
 	va_start(arguments, format);
 	vsnprintf(text, sizeof text, format, arguments);
 	va_end(arguments);

@@ -12,12 +12,15 @@ static const double bounds[GNPD_METRICS_BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 
                                                     0.25,  0.5,    1,     2.5,  10,    60};
 static const char *const labels[GNPD_LABEL_OPERATION] = {
 	[GNPD_LABEL_OTHER] = "other", [GNPD_LABEL_HEALTH] = "health", [GNPD_LABEL_METRICS] = "metrics",
-	[GNPD_LABEL_OPENAPI] = "openapi", [GNPD_LABEL_METADATA] = "metadata"};
+	[GNPD_LABEL_OPENAPI] = "openapi", [GNPD_LABEL_METADATA] = "metadata", [GNPD_LABEL_ADMIN] = "admin"};
 static const char *const rejects[GNPD_REJECTS] = {
 	[GNPD_REJECT_FRAMING] = "framing", [GNPD_REJECT_BODY_LIMIT] = "body_limit",
 	[GNPD_REJECT_QUEUE_COUNT] = "queue_count", [GNPD_REJECT_QUEUE_BYTES] = "queue_bytes",
 	[GNPD_REJECT_DRAINING] = "draining", [GNPD_REJECT_SLOW_HEADERS] = "slow_headers",
-	[GNPD_REJECT_SLOW_BODY] = "slow_body"};
+	[GNPD_REJECT_SLOW_BODY] = "slow_body", [GNPD_REJECT_REQUEST_MEMORY] = "request_memory", [GNPD_REJECT_POINTS] = "points",
+	[GNPD_REJECT_ADDRESS] = "connections_per_address", [GNPD_REJECT_UNAUTHORIZED] = "unauthorized",
+	[GNPD_REJECT_FORBIDDEN] = "forbidden", [GNPD_REJECT_KEY_CONCURRENCY] = "key_concurrency",
+	[GNPD_REJECT_KEY_RATE] = "key_rate"};
 static const char *const cancels[GNPD_CANCELS] = {
 	[GNPD_CANCEL_CLIENT_GONE] = "client_gone", [GNPD_CANCEL_DEADLINE] = "deadline", [GNPD_CANCEL_SHUTDOWN] = "shutdown"};
 
@@ -44,6 +47,7 @@ void gnpd_metrics_init(struct gnpd_metrics *metrics)
 	struct timespec now;
 	clock_gettime(CLOCK_REALTIME, &now);
 	memset(metrics, 0, sizeof *metrics);
+	metrics->build = "";
 	metrics->started = (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
@@ -200,9 +204,9 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
                               const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	gnp_status status = write_family(buffer, "build_info", "gauge", "The version that runs, as a label.", error);
+	gnp_status status = write_family(buffer, "build_info", "gauge", "The version and build that run, as labels.", error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNPD_VERSION "\"} 1\n");
+		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"%s\"} 1\n", metrics->build);
 	if (status == GNP_OK)
 		status = write_requests(metrics, buffer, error);
 	if (status == GNP_OK)
@@ -216,7 +220,13 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 		status = write_reasons("cancelled_total", "Requests whose work was stopped.", "reason", cancels, metrics->cancelled,
 		                       GNPD_CANCELS, buffer, error);
 	if (status == GNP_OK)
-		status = write_reasons("weights_reloads_total", "Loads of weights asked for by SIGHUP.", "result", reloads,
+		status = write_reasons("weights_reloads_total", "Loads of weights asked for while running.", "result", reloads,
 		                       metrics->reloads, GNPD_RELOADS, buffer, error);
+	if (status == GNP_OK)
+		status = write_reasons("keys_reloads_total", "Loads of keys asked for while running.", "result", reloads,
+		                       metrics->key_reloads, GNPD_RELOADS, buffer, error);
+	if (status == GNP_OK)
+		status = write_reasons("certificate_reloads_total", "Loads of the certificate asked for while running.", "result", reloads,
+		                       metrics->certificate_reloads, GNPD_RELOADS, buffer, error);
 	return status == GNP_OK ? write_singles(metrics, state, cache, workers, buffer, error) : status;
 }

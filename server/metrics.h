@@ -16,13 +16,15 @@
 
 /* What a request is counted as: one of these, or GNPD_LABEL_OPERATION + i for the i-th operation of the table. */
 enum gnpd_label {
-	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA,
+	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA, GNPD_LABEL_ADMIN,
 	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + 11
 };
 
 enum gnpd_reject {
 	GNPD_REJECT_FRAMING, GNPD_REJECT_BODY_LIMIT, GNPD_REJECT_QUEUE_COUNT, GNPD_REJECT_QUEUE_BYTES,
-	GNPD_REJECT_DRAINING, GNPD_REJECT_SLOW_HEADERS, GNPD_REJECT_SLOW_BODY, GNPD_REJECTS
+	GNPD_REJECT_DRAINING, GNPD_REJECT_SLOW_HEADERS, GNPD_REJECT_SLOW_BODY, GNPD_REJECT_REQUEST_MEMORY, GNPD_REJECT_POINTS,
+	GNPD_REJECT_ADDRESS, GNPD_REJECT_UNAUTHORIZED, GNPD_REJECT_FORBIDDEN, GNPD_REJECT_KEY_CONCURRENCY, GNPD_REJECT_KEY_RATE,
+	GNPD_REJECTS
 };
 
 enum gnpd_cancel { GNPD_CANCEL_CLIENT_GONE, GNPD_CANCEL_DEADLINE, GNPD_CANCEL_SHUTDOWN, GNPD_CANCELS };
@@ -32,14 +34,16 @@ enum gnpd_reload { GNPD_RELOAD_OK, GNPD_RELOAD_FAILED, GNPD_RELOADS };
 enum { GNPD_METRICS_CODES = 20, GNPD_METRICS_BUCKETS = 13 };
 
 struct gnpd_metrics {
-	double started; /* seconds since the epoch */
+	double started;    /* seconds since the epoch */
+	const char *build; /* what git called the sources; "" until main says so */
 	atomic_uint_fast64_t requests[GNPD_LABELS][GNPD_METRICS_CODES];
 	atomic_uint_fast64_t buckets[GNPD_LABELS][GNPD_METRICS_BUCKETS + 1];
 	atomic_uint_fast64_t nanoseconds[GNPD_LABELS];
 	atomic_uint_fast64_t stages[GNP_STAGE_COUNT]; /* nanoseconds */
 	atomic_uint_fast64_t rejected[GNPD_REJECTS], cancelled[GNPD_CANCELS];
 	atomic_uint_fast64_t bytes_in, bytes_out, points, accepted;
-	atomic_uint_fast64_t reloads[GNPD_RELOADS]; /* of weights, asked for by a signal */
+	atomic_uint_fast64_t reloads[GNPD_RELOADS]; /* of weights, asked for while running */
+	atomic_uint_fast64_t key_reloads[GNPD_RELOADS], certificate_reloads[GNPD_RELOADS];
 	atomic_size_t connections, models;
 };
 

@@ -14,6 +14,7 @@
 
 struct gnpd_connection {
 	struct gnpd_connection *previous, *next;
+	struct gnpd_server *server;
 	int fd;
 	enum gnpd_phase phase;
 	double since;    /* when the phase began */
@@ -21,7 +22,8 @@ struct gnpd_connection {
 	size_t received; /* bytes of the body in GNPD_PHASE_BODY */
 	gnp_status cut;
 	struct gnpd_request *request;
-	char remote[64];
+	struct gnpd_origin origin;
+	struct gnpd_tls_pair *pair;
 };
 
 struct gnpd_reaper {
@@ -31,20 +33,84 @@ struct gnpd_reaper {
 	bool stopping;
 	struct gnpd_connection *first;
 	size_t count;
-	struct pollfd *polls;               /* (max_connections) */
-	struct gnpd_connection **probed;    /* (max_connections) */
+	size_t capacity;                    /* connections of both listeners */
+	struct pollfd *polls;               /* (capacity) */
+	struct gnpd_connection **probed;    /* (capacity) */
+	double seen;                        /* gnp_clock() of the last round */
 	pthread_t thread;
 };
 
-struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const char *remote)
+gnp_status gnpd_cut_answer(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer)
+{
+	struct gnp_buffer body = {0};
+	char retry[48] = "", echo[GNPD_ID_MAX + 24] = "";
+	int code = gnp_status_http(error->status);
+	gnp_status status = gnp_oip_error_body(error->status, error->text, id, &body);
+	if (*id)
+		snprintf(echo, sizeof echo, "X-Request-Id: %s\r\n", id);
+	if (code == 503 || code == 429)
+		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(answer, NULL, "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\n%s%s"
+		                           "Content-Length: %zu\r\nConnection: close\r\n\r\n", code, echo, retry, body.size);
+	if (status == GNP_OK)
+		status = gnp_buffer_append(answer, body.data, body.size, NULL);
+	gnp_buffer_clear(&body);
+	return status;
+}
+
+/* Lock held. The answer is a courtesy: what does not fit the socket's buffer is lost. Nobody but the library may write to a
+ * TLS connection. */
+static void send_error(struct gnpd_connection *connection, const struct gnp_error *error, double retry_after)
+{
+	struct gnp_buffer answer = {0};
+	const char *id = connection->request ? connection->request->id : "";
+	if (!connection->origin.tls && gnpd_cut_answer(error, id, retry_after, &answer) == GNP_OK)
+		send(connection->fd, answer.data, answer.size, MSG_DONTWAIT | MSG_NOSIGNAL);
+	gnp_buffer_clear(&answer);
+}
+
+/* Lock held. Ends a connection that may not be: what it sent is not read. */
+static void refuse(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+{
+	connection->cut = error->status;
+	send_error(connection, error, reaper->server->config->retry_after_seconds);
+	shutdown(connection->fd, SHUT_RDWR);
+}
+
+/* Lock held. */
+static size_t count_address(const struct gnpd_reaper *reaper, const struct gnpd_origin *origin)
+{
+	size_t count = 0;
+	for (const struct gnpd_connection *c = reaper->first; c; c = c->next)
+		count += !c->origin.admin && c->cut == GNP_OK && strcmp(c->origin.remote, origin->remote) == 0;
+	return count;
+}
+
+/* Lock held. */
+static gnp_status check_address(const struct gnpd_reaper *reaper, const struct gnpd_origin *origin, struct gnp_error *error)
+{
+	size_t limit = reaper->server->config->max_connections_per_address;
+	if (!limit || origin->admin || !origin->remote[0] || count_address(reaper, origin) < limit)
+		return GNP_OK;
+	gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_ADDRESS);
+	return gnp_error_set(error, GNP_LIMITED, "connections: %zu are open from %s, at most %zu may be (max-connections-per-address)",
+	                     limit, origin->remote, limit);
+}
+
+struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const struct gnpd_origin *origin)
 {
 	struct gnpd_connection *connection = calloc(1, sizeof *connection);
+	struct gnp_error error = {0};
 	if (!connection)
 		return NULL;
 	connection->fd = fd;
 	connection->since = gnp_clock();
-	snprintf(connection->remote, sizeof connection->remote, "%s", remote);
+	connection->origin = *origin;
+	connection->server = reaper->server;
 	pthread_mutex_lock(&reaper->lock);
+	if (check_address(reaper, origin, &error) != GNP_OK)
+		refuse(reaper, connection, &error);
 	connection->next = reaper->first;
 	if (reaper->first)
 		reaper->first->previous = connection;
@@ -68,6 +134,7 @@ void gnpd_connection_close(struct gnpd_reaper *reaper, struct gnpd_connection *c
 	reaper->count--;
 	pthread_mutex_unlock(&reaper->lock);
 	atomic_fetch_sub(&reaper->server->metrics.connections, 1);
+	gnpd_tls_pair_release(connection->pair);
 	free(connection);
 }
 
@@ -97,9 +164,31 @@ struct gnpd_request *gnpd_connection_request(const struct gnpd_connection *conne
 	return connection->request;
 }
 
+struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection)
+{
+	return connection->server;
+}
+
 const char *gnpd_connection_remote(const struct gnpd_connection *connection)
 {
-	return connection->remote;
+	return connection->origin.remote;
+}
+
+struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connection, struct gnpd_tls_pair *pair)
+{
+	if (connection->pair)
+		gnpd_tls_pair_release(pair);
+	else
+		connection->pair = pair;
+	return connection->pair;
+}
+
+double gnpd_reaper_silence(struct gnpd_reaper *reaper)
+{
+	pthread_mutex_lock(&reaper->lock);
+	double seen = reaper->seen;
+	pthread_mutex_unlock(&reaper->lock);
+	return gnp_clock() - seen;
 }
 
 gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection)
@@ -108,24 +197,6 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct g
 	gnp_status reason = connection->cut;
 	pthread_mutex_unlock(&reaper->lock);
 	return reason;
-}
-
-/* Lock held. The answer is a courtesy: what does not fit the socket's buffer is lost. */
-static void send_error(struct gnpd_connection *connection, const struct gnp_error *error, double retry_after)
-{
-	struct gnp_buffer body = {0};
-	char head[512], retry[48] = "";
-	const char *id = connection->request ? connection->request->id : "";
-	if (gnp_oip_error_body(error->status, error->text, id, &body) != GNP_OK)
-		return;
-	if (gnp_status_http(error->status) == 503)
-		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
-	int size = snprintf(head, sizeof head,
-	                    "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\nX-Request-Id: %s\r\n%sContent-Length: %zu\r\n"
-	                    "Connection: close\r\n\r\n", gnp_status_http(error->status), id, retry, body.size);
-	if (send(connection->fd, head, (size_t)size, MSG_DONTWAIT | MSG_NOSIGNAL | MSG_MORE) == size)
-		send(connection->fd, body.data, body.size, MSG_DONTWAIT | MSG_NOSIGNAL);
-	gnp_buffer_clear(&body);
 }
 
 /* Lock held. */
@@ -208,7 +279,7 @@ static void leave(struct gnpd_connection *connection)
 static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_job **removed)
 {
 	nfds_t count = 0;
-	for (struct gnpd_connection *c = reaper->first; c && count < reaper->server->config->max_connections; c = c->next)
+	for (struct gnpd_connection *c = reaper->first; c && count < reaper->capacity; c = c->next)
 		if (c->phase != GNPD_PHASE_REPLY) {
 			reaper->polls[count] = (struct pollfd){.fd = c->fd, .events = POLLRDHUP};
 			reaper->probed[count++] = c;
@@ -279,6 +350,7 @@ static void *reaper_main(void *argument)
 	while (!reaper->stopping) {
 		struct gnpd_job *removed = NULL;
 		double now = gnp_clock();
+		reaper->seen = now;
 		check_deadlines(reaper, now);
 		probe_clients(reaper, &removed);
 		check_work_deadlines(reaper, now, &removed);
@@ -331,8 +403,10 @@ gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **o
 	pthread_condattr_destroy(&monotonic);
 	pthread_mutex_init(&reaper->lock, NULL);
 	reaper->server = server;
-	reaper->polls = calloc(server->config->max_connections, sizeof *reaper->polls);
-	reaper->probed = calloc(server->config->max_connections, sizeof *reaper->probed);
+	reaper->seen = gnp_clock();
+	reaper->capacity = server->config->max_connections + server->config->admin_connections;
+	reaper->polls = calloc(reaper->capacity, sizeof *reaper->polls);
+	reaper->probed = calloc(reaper->capacity, sizeof *reaper->probed);
 	if (!reaper->polls || !reaper->probed || pthread_create(&reaper->thread, NULL, reaper_main, reaper) != 0) {
 		release(reaper);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: cannot start");

@@ -9,12 +9,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "message.h"
 #include "status.h"
 
 struct gnpd_connection;
 struct gnpd_reaper;
 struct gnpd_request;
 struct gnpd_server;
+struct gnpd_tls_pair;
 
 enum gnpd_phase {
 	GNPD_PHASE_IDLE,    /* between requests */
@@ -29,8 +31,16 @@ gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **o
 /* Joins the thread. No connection may be open any more. NULL is allowed. */
 void gnpd_reaper_free(struct gnpd_reaper *reaper);
 
-/* NULL when memory is exhausted. fd stays the HTTP library's; close must be called before it closes it. */
-struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const char *remote);
+/* What kind of connection it is. */
+struct gnpd_origin {
+	char remote[64]; /* the client's address; "" for a local socket */
+	bool tls;        /* only the HTTP library may write to it */
+	bool admin;      /* of the admin listener: max-connections-per-address is not about it */
+};
+
+/* NULL when memory is exhausted. fd stays the HTTP library's; close must be called before it closes it. One that is over
+ * max-connections-per-address is told so and cut off; closing it is still up to the library. */
+struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const struct gnpd_origin *origin);
 void gnpd_connection_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection);
 
 /* The connection enters a phase. request: the one it carries, NULL in GNPD_PHASE_IDLE. */
@@ -40,14 +50,24 @@ void gnpd_connection_enter(struct gnpd_reaper *reaper, struct gnpd_connection *c
 void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection *connection, size_t received);
 
 struct gnpd_request *gnpd_connection_request(const struct gnpd_connection *connection);
+struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection);
 const char *gnpd_connection_remote(const struct gnpd_connection *connection);
+
+/* Takes over the certificate a TLS connection began with, unless it has one; what it has, borrowed. */
+struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connection, struct gnpd_tls_pair *pair);
 
 /* The reason the reaper cut the connection, or GNP_OK. */
 gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection);
 
+/* Appends an error reply, head and body, as it goes over the wire before the connection ends. id: the request's, or "". */
+gnp_status gnpd_cut_answer(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer);
+
 /* Writes an error reply straight to the socket and shuts it down: the only way to answer in the middle of a body, where the
- * HTTP library takes no reply. Only while the library is reading. */
+ * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */
 void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error);
+
+/* Seconds since the watching thread was last seen at work. */
+double gnpd_reaper_silence(struct gnpd_reaper *reaper);
 
 /* Stops the work of every request with a reason, and cuts the connections that are still sending one. */
 void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason);

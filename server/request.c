@@ -1,5 +1,6 @@
 #include "request.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -37,11 +38,20 @@ static void reply_clear(struct gnpd_reply *reply)
 	memset(reply, 0, sizeof *reply);
 }
 
+void gnpd_request_leave(struct gnpd_request *request)
+{
+	if (request->entered)
+		gnpd_principal_leave(request->who);
+	request->entered = false;
+}
+
 void gnpd_request_free(struct gnpd_request *request)
 {
 	if (!request)
 		return;
 	gnpd_request_release(request, request->reserved);
+	gnpd_request_leave(request);
+	gnpd_principal_release(request->who);
 	reply_clear(&request->reply);
 	gnp_buffer_clear(&request->spare);
 	gnp_response_clear(&request->response);
@@ -69,6 +79,13 @@ void gnpd_request_set_id(struct gnpd_request *request, const char *id)
 
 gnp_status gnpd_request_reserve(struct gnpd_request *request, size_t bytes, struct gnp_error *error)
 {
+	size_t limit = request->server->config->request_memory_bytes;
+	if (bytes > limit - request->reserved) {
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_REQUEST_MEMORY);
+		return gnp_error_set(error, GNP_TOO_LARGE,
+		                     "memory: the request holds %zu bytes and needs %zu more, need at most %zu (request-memory-bytes)",
+		                     request->reserved, bytes, limit);
+	}
 	gnp_status status = gnpd_queue_reserve(request->server->queue, request->reserved, bytes, error);
 	if (status == GNP_OK)
 		request->reserved += bytes;
@@ -104,10 +121,16 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 	request->reply.close = close;
 	request->reply.code = gnp_status_http(status);
 	request->reply.content_type = "application/json";
-	if (request->reply.code == 503)
-		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
-	if (status == GNP_METHOD_NOT_ALLOWED)
-		gnpd_reply_header(request, "Allow", "%s", gnpd_routes_allow(&request->target));
+	if (request->reply.code == 503 || request->reply.code == 429)
+		gnpd_reply_header(request, "Retry-After", "%.0f",
+		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->config->retry_after_seconds);
+	if (status == GNP_UNAUTHORIZED)
+		gnpd_reply_header(request, "WWW-Authenticate", "Bearer");
+	if (status == GNP_METHOD_NOT_ALLOWED) {
+		char allowed[64];
+		gnpd_routes_allow(request, allowed, sizeof allowed);
+		gnpd_reply_header(request, "Allow", "%s", allowed);
+	}
 	if (gnp_oip_error_body(status, error->text[0] ? error->text : gnp_status_text(status), request->id, &request->reply.body) == GNP_OK)
 		return;
 	gnp_buffer_clear(&request->reply.body);

@@ -7,6 +7,7 @@
 #include <stddef.h>
 
 #include "file.h"
+#include "guard.h"
 #include "message.h"
 #include "metrics.h"
 #include "models.h"
@@ -55,9 +56,14 @@ struct gnpd_request {
 	const char *version;
 	enum gnpd_label label;
 	char principal[GNPD_PRINCIPAL_MAX + 1]; /* the name of the key it came with; "" without keys */
+	struct gnpd_principal *who;             /* its owner; NULL without */
+	bool entered;                           /* counted among the owner's requests under way */
+	bool admin;                             /* came by the admin listener */
+	double retry_after;                     /* seconds a refusal tells the client; 0: the configuration's */
 
 	/* Headers, borrowed from the HTTP library until completion; NULL when absent. */
 	const char *content_type, *content_encoding, *accept, *inference_length;
+	struct gnpd_credentials credentials;
 	bool expects_continue;
 	bool has_length;
 	size_t content_length;
@@ -87,6 +93,9 @@ struct gnpd_request {
 struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char *uri);
 /* Gives reserved bytes back and frees all. NULL is allowed. */
 void gnpd_request_free(struct gnpd_request *request);
+
+/* The answer is there: the request no longer counts among its principal's. A client that has it may send the next at once. */
+void gnpd_request_leave(struct gnpd_request *request);
 
 /* Takes the client's id when it is 1..128 characters of [A-Za-z0-9._:-], else makes one. id may be NULL. */
 void gnpd_request_set_id(struct gnpd_request *request, const char *id);

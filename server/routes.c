@@ -1,5 +1,6 @@
 #include "routes.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "server.h"
@@ -18,10 +19,32 @@ static const struct gnpd_route routes[] = {
 	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
 	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
+	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_ADMIN},
 	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
 };
-enum { ROUTES = sizeof routes / sizeof routes[0] };
+
+/* Without keys for what only reads: the listener is out of reach of others, or asks for keys where it changes or shows more. */
+static const struct gnpd_route admin_routes[] = {
+	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
+	{"GET", "/admin/reload", gnpd_admin_reloaded, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"POST", "/admin/reload", gnpd_admin_reload, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"GET", "/admin/log-level", gnpd_admin_log_level, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"PUT", "/admin/log-level", gnpd_admin_set_log_level, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"GET", "/admin/config", gnpd_admin_config, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+};
+
+enum { ROUTES = sizeof routes / sizeof routes[0], ADMIN_ROUTES = sizeof admin_routes / sizeof admin_routes[0] };
+
+/* The i-th route of the listener the request came by; NULL past the last. */
+static const struct gnpd_route *route_at(const struct gnpd_request *request, size_t i)
+{
+	if (request->admin)
+		return i < ADMIN_ROUTES ? &admin_routes[i] : NULL;
+	return i < ROUTES ? &routes[i] : NULL;
+}
 
 struct captures {
 	const char *model, *version;
@@ -53,13 +76,16 @@ static bool match_method(const struct gnpd_route *route, const char *method)
 	return strcmp(route->method, method) == 0 || (strcmp(route->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
 }
 
-const char *gnpd_routes_allow(const struct gnpd_target *target)
+void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity)
 {
+	const struct gnpd_route *route;
 	struct captures captures;
-	for (size_t i = 0; i < ROUTES; i++)
-		if (match_path(routes[i].path, target, &captures))
-			return strcmp(routes[i].method, "GET") == 0 ? "GET, HEAD" : "POST";
-	return "";
+	size_t size = 0;
+	text[0] = '\0';
+	for (size_t i = 0; (route = route_at(request, i)) != NULL && size < capacity; i++)
+		if (match_path(route->path, &request->target, &captures))
+			size += (size_t)snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", route->method,
+			                         strcmp(route->method, "GET") == 0 ? ", HEAD" : "");
 }
 
 static gnp_status unknown_model(const char *model, struct gnp_error *error)
@@ -98,21 +124,23 @@ static gnp_status resolve_model(struct gnpd_request *request, struct gnp_error *
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error)
 {
 	bool path_known = false;
-	for (size_t i = 0; i < ROUTES; i++) {
+	const struct gnpd_route *route;
+	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++) {
 		struct captures captures;
-		if (!match_path(routes[i].path, &request->target, &captures))
+		if (!match_path(route->path, &request->target, &captures))
 			continue;
 		path_known = true;
-		if (!match_method(&routes[i], request->method))
+		if (!match_method(route, request->method))
 			continue;
-		request->route = &routes[i];
+		request->route = route;
 		request->model = captures.model;
 		request->version = captures.version;
-		request->label = routes[i].label;
+		request->label = route->label;
 		return resolve_model(request, error);
 	}
+	char allowed[64];
+	gnpd_routes_allow(request, allowed, sizeof allowed);
 	if (path_known)
-		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method,
-		                     gnpd_routes_allow(&request->target));
+		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method, allowed);
 	return gnp_error_set(error, GNP_NOT_FOUND, "path: there is no \"%.100s\"", request->target.path);
 }

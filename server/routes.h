@@ -1,17 +1,15 @@
-/* The one table of routes. */
+/* The tables of routes: one of the listener of requests, one of the admin listener. */
 #ifndef GNPD_ROUTES_H
 #define GNPD_ROUTES_H
 
 #include <stdbool.h>
 
 #include "request.h"
+#include "scope.h"
 #include "status.h"
 
 /* Fills request->reply. On failure http.c answers with the error. */
 typedef gnp_status (*gnpd_handler)(struct gnpd_request *request, struct gnp_error *error);
-
-/* What a caller must be allowed to. */
-enum gnpd_scope { GNPD_SCOPE_NONE, GNPD_SCOPE_INFER, GNPD_SCOPE_JOBS, GNPD_SCOPE_ADMIN };
 
 struct gnpd_route {
 	const char *method;    /* GET also answers HEAD */
@@ -26,14 +24,19 @@ struct gnpd_route {
  * as well. */
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error);
 
-/* The methods a path allows, as an Allow header lists them; "" when there is no such path. */
-const char *gnpd_routes_allow(const struct gnpd_target *target);
+/* The methods the request's path allows, as an Allow header lists them; "" when there is no such path. */
+void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity);
 
-/* The handlers: system.c, v2.c, v1.c. */
+/* The handlers: system.c, admin.c, v2.c, v1.c. */
 gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_admin_reload(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_admin_reloaded(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_admin_log_level(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_admin_config(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error);

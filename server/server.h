@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "config.h"
+#include "guard.h"
 #include "loader.h"
 #include "log.h"
 #include "metrics.h"
@@ -13,6 +14,10 @@
 #include "prepared_cache.h"
 #include "queue.h"
 #include "reaper.h"
+#include "reloader.h"
+#include "tls.h"
+
+struct gnpd_notify;
 
 struct gnpd_server {
 	const struct gnpd_config *config;
@@ -20,6 +25,10 @@ struct gnpd_server {
 	struct gnpd_metrics metrics;
 	struct gnp_pool *pool;
 	struct gnpd_loader *loader;
+	struct gnpd_guard *guard;
+	struct gnpd_tls *tls;              /* NULL without a certificate */
+	struct gnpd_reloader *reloader;
+	struct gnpd_notify *notify;        /* of the service manager; NULL without one */
 	struct gnp_prepared_cache *cache;  /* of operators */
 	struct gnpd_queue *queue;
 	struct gnpd_reaper *reaper;

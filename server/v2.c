@@ -13,9 +13,10 @@ static struct gnp_buffer *begin_json(struct gnpd_request *request)
 
 gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 {
+	const char *build = request->server->metrics.build;
 	return gnp_buffer_printf(begin_json(request), error,
-	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "\",\"extensions\":[\"binary_tensor_data\","
-	                         "\"model_repository\",\"statistics\"]}\n");
+	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
+	                         "\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
 }
 
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)

@@ -13,7 +13,7 @@ enum { EXPANSION_MAX = 1032 };
 static gnp_status decompress(struct gnpd_request *request, struct gnp_error *error)
 {
 	struct gnpd_server *server = request->server;
-	size_t limit = server->config->max_body_bytes, most = limit;
+	size_t limit = server->config->max_decoded_bytes ? server->config->max_decoded_bytes : server->config->max_body_bytes, most = limit;
 	if (request->body.size < limit / EXPANSION_MAX)
 		most = (request->body.size + 1) * EXPANSION_MAX;
 	gnp_status status = gnpd_request_reserve(request, most, error);
@@ -28,15 +28,24 @@ static gnp_status decompress(struct gnpd_request *request, struct gnp_error *err
 	return status;
 }
 
+/* Counts a refusal for too many points, or too much around them. */
+static gnp_status count_points(struct gnpd_request *request, gnp_status status)
+{
+	if (status == GNP_TOO_LARGE)
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_POINTS);
+	return status;
+}
+
 static gnp_status decode(struct gnpd_request *request, const struct gnpd_codec *codec, struct gnp_error *error)
 {
 	gnp_task_stage(&request->task, GNP_STAGE_DECODE, 0);
 	if (request->body.size == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "body: got 0 bytes, need a point cloud");
 	if (!request->content_encoding)
-		return codec->decode(request, request->body.data, request->body.size, error);
+		return count_points(request, codec->decode(request, request->body.data, request->body.size, error));
 	gnp_status status = decompress(request, error);
-	return status == GNP_OK ? codec->decode(request, request->decoded.data, request->decoded.size, error) : status;
+	return status == GNP_OK ? count_points(request, codec->decode(request, request->decoded.data, request->decoded.size, error))
+	                        : status;
 }
 
 /* Seconds of each stage, for whoever asks where the time goes. */
@@ -59,7 +68,7 @@ gnp_status gnpd_work_run(struct gnpd_request *request, const struct gnpd_codec *
 	                                 .cache = server->cache};
 	gnp_status status = decode(request, codec, error);
 	if (status == GNP_OK)
-		status = gnp_call_prepare(operation, &request->message, &limits, &request->call, error);
+		status = count_points(request, gnp_call_prepare(operation, &request->message, &limits, &request->call, error));
 	if (status == GNP_OK)
 		status = gnpd_request_reserve(request, request->call.memory, error);
 	if (status == GNP_OK)

@@ -69,6 +69,9 @@ static void values_are_checked_against_their_range(void)
 	CHECK_STRING(error.text, "insecure: got \"maybe\", need true or false");
 	CHECK(set("log-format", "xml") == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "log-format: got \"xml\", need text or json");
+	CHECK(set("log-level", "loud") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "log-level: got \"loud\", need error, warning, info or debug");
+	CHECK(set("log-level", "debug") == GNP_OK && config.log_level == GNPD_LOG_DEBUG);
 	CHECK(set("queue-size", "1") == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "queue-size: unknown key");
 }
@@ -139,6 +142,17 @@ static void only_loopback_without_insecure(void)
 	CHECK_CONTAINS(error.text, "listen: got \"0.0.0.0:80\", need a loopback address");
 	char *insecure[] = {"gnpd", "--listen", "0.0.0.0:80", "--insecure", NULL};
 	CHECK(load(insecure, none, &action) == GNP_OK);
+	char *keys[] = {"gnpd", "--listen", "0.0.0.0:80", "--admin-listen", "[::]:81", "--keys-file", "keys", NULL};
+	CHECK(load(keys, none, &action) == GNP_OK);
+	char *admin[] = {"gnpd", "--admin-listen", "[::]:81", NULL};
+	CHECK(load(admin, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "admin-listen: got \"[::]:81\", need a loopback address");
+	char *name[] = {"gnpd", "--admin-listen", "example.org:81", NULL};
+	CHECK(load(name, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "admin-listen: got \"example.org\", need a numeric address and a port");
+	char *half[] = {"gnpd", "--tls-key", "key.pem", NULL};
+	CHECK(load(half, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "tls-certificate: is not given, need it with tls-key");
 	char *directory[] = {"gnpd", "--weights-dir", "/dev/null/weights", NULL};
 	CHECK(load(directory, none, &action) == GNP_IO);
 	CHECK_CONTAINS(error.text, "weights-dir: /dev/null/weights");
@@ -165,13 +179,50 @@ static void addresses_are_numeric(void)
 	CHECK(!gnpd_address_is_loopback(&address));
 }
 
+struct numbers {
+	size_t count;
+	double queue_bytes, work_seconds;
+};
+
+static void take_number(void *context, const char *key, double value)
+{
+	struct numbers *numbers = context;
+	numbers->count++;
+	if (strcmp(key, "queue-bytes") == 0)
+		numbers->queue_bytes = value;
+	if (strcmp(key, "work-seconds") == 0)
+		numbers->work_seconds = value;
+	CHECK(strcmp(key, "listen") != 0 && strcmp(key, "insecure") != 0 && strcmp(key, "log-level") != 0);
+}
+
+static void numbers_can_be_listed(void)
+{
+	struct numbers numbers = {0};
+	gnpd_config_defaults(&config);
+	CHECK(set("work-seconds", "1.5") == GNP_OK);
+	gnpd_config_numbers(&config, take_number, &numbers);
+	CHECK(numbers.count > 20 && numbers.queue_bytes == 4294967296.0 && numbers.work_seconds == 1.5);
+}
+
+static void addresses_are_written_as_they_are_read(void)
+{
+	static const char *const texts[] = {"127.0.0.1:8080", "[::1]:65535", "0.0.0.0:0", "[fe80::1:2]:80"};
+	for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
+		struct gnpd_address address;
+		char text[GNPD_ADDRESS_TEXT];
+		CHECK(gnpd_address_parse(texts[i], &address, NULL) == GNP_OK);
+		gnpd_address_format(&address, text);
+		CHECK_STRING(text, texts[i]);
+	}
+}
+
 static void printed_configuration_reads_back(void)
 {
 	struct gnpd_config again;
 	char *path = write_file("");
 	gnpd_config_defaults(&config);
 	CHECK(set("listen", "[::1]:9") == GNP_OK && set("work-seconds", "1.5") == GNP_OK && set("insecure", "true") == GNP_OK);
-	CHECK(set("queue-bytes", "7M") == GNP_OK && set("log-format", "json") == GNP_OK);
+	CHECK(set("queue-bytes", "7M") == GNP_OK && set("log-format", "json") == GNP_OK && set("log-level", "error") == GNP_OK && set("keys-file", "a b") == GNP_OK);
 	FILE *file = fopen(path, "w");
 	gnpd_config_print(&config, file);
 	fclose(file);
@@ -179,7 +230,8 @@ static void printed_configuration_reads_back(void)
 	CHECK(gnpd_config_read_file(&again, path, NULL) == GNP_OK);
 	CHECK_STRING(again.listen, config.listen);
 	CHECK(again.queue_bytes == config.queue_bytes && again.work_seconds == 1.5 && again.insecure);
-	CHECK(again.log_format == GNPD_LOG_JSON && again.min_body_rate == config.min_body_rate);
+	CHECK_STRING(again.keys_file, "a b");
+	CHECK(again.log_level == GNPD_LOG_ERROR && again.log_format == GNPD_LOG_JSON && again.min_body_rate == config.min_body_rate);
 	unlink(path);
 }
 
@@ -193,6 +245,8 @@ int main(int argc, char **argv)
 		TEST(unknown_keys_are_errors_everywhere),
 		TEST(only_loopback_without_insecure),
 		TEST(addresses_are_numeric),
+		TEST(numbers_can_be_listed),
+		TEST(addresses_are_written_as_they_are_read),
 		TEST(printed_configuration_reads_back),
 	};
 	return RUN_TESTS(tests);

@@ -1,6 +1,7 @@
 /* The Prometheus exposition: counts, cumulative buckets, well-formed lines, families declared once and before use. */
 #include "test.h"
 
+#include "config.h"
 #include "metrics.h"
 
 static char *write_text(const struct gnpd_metrics *metrics)
@@ -67,6 +68,7 @@ static void reasons_and_gauges_appear(void)
 	gnpd_metrics_init(&metrics);
 	gnpd_metrics_reject(&metrics, GNPD_REJECT_QUEUE_COUNT);
 	gnpd_metrics_cancel(&metrics, GNPD_CANCEL_CLIENT_GONE);
+	metrics.build = "abc123-dirty";
 	char *text = write_text(&metrics);
 	CHECK_CONTAINS(text, "\ngnpd_rejected_total{reason=\"queue_count\"} 1\n");
 	CHECK_CONTAINS(text, "\ngnpd_rejected_total{reason=\"slow_body\"} 0\n");
@@ -75,7 +77,7 @@ static void reasons_and_gauges_appear(void)
 	CHECK_CONTAINS(text, "\ngnpd_queue_bytes 4096\n");
 	CHECK_CONTAINS(text, "\ngnpd_running_requests 2\n");
 	CHECK_CONTAINS(text, "\ngnpd_workers 7\n");
-	CHECK_CONTAINS(text, "gnpd_build_info{version=\"");
+	CHECK_CONTAINS(text, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"abc123-dirty\"} 1\n");
 	free(text);
 }
 

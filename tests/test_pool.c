@@ -86,6 +86,7 @@ struct job {
 	size_t chunks;
 	char name;
 	struct diary *diary;
+	struct gnp_task *task; /* NULL: without */
 };
 
 struct diary {
@@ -110,7 +111,7 @@ static gnp_status write_diary(void *context, size_t begin, size_t end, struct gn
 static void *run_job(void *argument)
 {
 	struct job *job = argument;
-	CHECK(gnp_pool_run(job->pool, NULL, job->chunks, 1, write_diary, job, NULL) == GNP_OK);
+	CHECK(gnp_pool_run(job->pool, job->task, job->chunks, 1, write_diary, job, NULL) == GNP_OK);
 	return NULL;
 }
 
@@ -120,7 +121,7 @@ static void a_short_job_takes_turns_with_a_long_one(void)
 	static struct diary diary;
 	enum { SHORT = 20 };
 	struct gnp_pool *pool = make_pool(1);
-	struct job long_job = {pool, 4000, 'l', &diary}, short_job = {pool, SHORT, 's', &diary};
+	struct job long_job = {pool, 4000, 'l', &diary, NULL}, short_job = {pool, SHORT, 's', &diary, NULL};
 	pthread_t thread;
 	CHECK(pthread_create(&thread, NULL, run_job, &long_job) == 0);
 	while (atomic_load(&diary.used) < 3)
@@ -137,6 +138,45 @@ static void a_short_job_takes_turns_with_a_long_one(void)
 		CHECK(i == SHORT - 1 || first[2 * i + 1] == 'l');
 	}
 	CHECK(finished < 2000); /* the long one is far from done */
+	gnp_pool_free(pool);
+}
+
+/* Two tasks that have had much and one that has had nothing, which gets three chunks of four. */
+static void young_tasks_go_first_and_old_ones_go_on(void)
+{
+	static struct diary diary;
+	enum { SHORT = 30, LONG = 1000 };
+	struct gnp_pool *pool = make_pool(1);
+	struct gnp_task old[2], part, young;
+	pthread_t threads[2];
+	struct job jobs[2], short_job = {pool, SHORT, 's', &diary, &young};
+	gnp_task_init(&young);
+	for (int i = 0; i < 2; i++) {
+		gnp_task_init(&old[i]);
+		gnp_task_serve(&old[i], 1000000000);
+		jobs[i] = (struct job){pool, LONG, (char)('a' + i), &diary, &old[i]};
+	}
+	gnp_task_init_part(&part, &old[1]);
+	jobs[1].task = &part; /* a part is as old as the whole */
+	CHECK(gnp_task_served(&part) == 1000000000);
+	for (int i = 0; i < 2; i++)
+		CHECK(pthread_create(&threads[i], NULL, run_job, &jobs[i]) == 0);
+	while (gnp_task_served(&old[0]) == 1000000000 || gnp_task_served(&old[1]) == 1000000000)
+		sleep_a_little();
+	run_job(&short_job);
+	size_t finished = atomic_load(&diary.used), counts[2] = {0, 0};
+	atomic_store(&diary.enough, true);
+	for (int i = 0; i < 2; i++)
+		pthread_join(threads[i], NULL);
+	const char *first = memchr(diary.lines, 's', finished);
+	CHECK(first != NULL);
+	const char *last = memrchr(diary.lines, 's', finished);
+	for (const char *line = first; line && line < last; line++)
+		if (*line != 's')
+			counts[*line - 'a']++;
+	CHECK(counts[0] + counts[1] >= SHORT / 3 - 1 && counts[0] + counts[1] <= SHORT / 3 + 1);
+	CHECK(counts[0] >= 3 && counts[1] >= 3); /* neither keeps the other from going on */
+	CHECK(gnp_task_served(&young) > 0 && gnp_task_served(&old[1]) > 1000000000);
 	gnp_pool_free(pool);
 }
 
@@ -400,6 +440,7 @@ int main(int argc, char **argv)
 		TEST(every_item_runs_once_in_fixed_chunks),
 		TEST(pool_sizes_are_checked),
 		TEST(a_short_job_takes_turns_with_a_long_one),
+		TEST(young_tasks_go_first_and_old_ones_go_on),
 		TEST(no_chunk_starts_after_a_cancel),
 		TEST(the_lowest_failed_chunk_is_reported),
 		TEST(a_failure_without_text_gets_that_of_its_status),

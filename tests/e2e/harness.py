@@ -28,9 +28,10 @@ SLOW = _slowdown()
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
     instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime.
-    environment: more of it. limits: as for resource.setrlimit, {resource: (soft, hard)}."""
+    wrap: words before the program; environment: more of it; pass_fds: descriptors it inherits. limits: as for
+    resource.setrlimit, {resource: (soft, hard)}."""
 
-    def __init__(self, log_to=None, weights=None, environment=None, limits=None, **flags):
+    def __init__(self, log_to=None, weights=None, wrap=(), environment=None, pass_fds=(), limits=None, **flags):
         self.folder = tempfile.mkdtemp(prefix="gnpd-e2e.")
         port_file = os.path.join(self.folder, "port")
         self.weights_folder = os.path.join(self.folder, "weights")
@@ -44,13 +45,15 @@ class Server:
         environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
                                                                               "tsan.supp"))
         with open(self.log_path, "wb") as log:
-            self.process = subprocess.Popen(command, stderr=log if log_to is None else log_to, stdout=log, env=environment, cwd=self.folder,
+            self.process = subprocess.Popen([*wrap, *command], pass_fds=pass_fds, stderr=log if log_to is None else log_to, stdout=log,
+                                            env=environment, cwd=self.folder,
                                             preexec_fn=limits and (lambda: [resource.setrlimit(*item) for item in limits.items()]))
         until = time.monotonic() + 10 * SLOW
         while not os.path.exists(port_file):
             if self.process.poll() is not None or time.monotonic() > until:
+                log = self.log()
                 self.kill()
-                raise AssertionError("the daemon did not start: " + self.log())
+                raise AssertionError("the daemon did not start: " + log)
             time.sleep(0.01)
         with open(port_file) as file:
             self.port = int(file.read())

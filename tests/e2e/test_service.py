@@ -1,0 +1,183 @@
+"""The daemon under a service manager: what it hears, the sockets it hands over, and which build it runs."""
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import time
+
+import credentials
+import harness
+from harness import SLOW
+
+
+
+class Manager:
+    """Hears what a daemon says."""
+
+    def __init__(self, address):
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.socket.bind(address)
+        self.heard = []
+
+    def close(self):
+        self.socket.close()
+
+    def wait(self, text, seconds=5):
+        """The first message with a line that begins with text, of those not heard before."""
+        until = time.monotonic() + seconds * SLOW
+        while True:
+            self.socket.settimeout(max(0.01, until - time.monotonic()))
+            try:
+                message = self.socket.recv(4096).decode()
+            except socket.timeout:
+                raise AssertionError("%s was not said, only %s" % (text, self.heard))
+            self.heard.append(message)
+            lines = message.splitlines()
+            if any(line.startswith(text) for line in lines):
+                return dict(line.split("=", 1) for line in lines)
+
+
+def said(address, shown):
+    manager = Manager(address)
+    try:
+        with harness.Server(environment={"NOTIFY_SOCKET": shown, "WATCHDOG_USEC": "200000"}) as server:
+            assert "STATUS" in manager.wait("READY=1")
+            signs = [time.monotonic() for _ in range(5) if manager.wait("WATCHDOG=1")]
+            assert signs[4] - signs[0] < 1 * SLOW, "signs of life are slower than they must be: %s" % signs
+            assert manager.wait("STATUS=")["STATUS"] == "ready: 0 running, 0 waiting"
+            before = time.clock_gettime(time.CLOCK_MONOTONIC)
+            server.signal(signal.SIGHUP)
+            reloading = manager.wait("RELOADING=1")
+            assert before - 0.001 <= int(reloading["MONOTONIC_USEC"]) / 1e6 <= time.clock_gettime(time.CLOCK_MONOTONIC)
+            manager.wait("READY=1")
+            server.signal()
+            assert int(manager.wait("STOPPING=1")["EXTEND_TIMEOUT_USEC"]) >= 30_000_000
+            assert server.wait(5) == 0
+    finally:
+        manager.close()
+
+
+def test_service_manager_hears():
+    with credentials.Folder() as folder:
+        path = folder.name("notify")
+        said(path, path)
+
+
+def test_service_manager_of_an_abstract_name():
+    name = "gnpd-test-%d" % os.getpid()
+    said("\0" + name, "@" + name)
+
+
+def test_nobody_hears():
+    """A manager that is gone or never was does not keep the daemon from its work."""
+    with harness.Server(environment={"NOTIFY_SOCKET": "/nonexistent/notify", "WATCHDOG_USEC": "100000"}) as server:
+        time.sleep(0.2)
+        assert server.get("/v2/health/ready").status == 200
+    done = subprocess.run([harness.BINARY], env={"PATH": "/usr/bin", "NOTIFY_SOCKET": "relative", "GNPD_LISTEN": "127.0.0.1:0"},
+                          stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
+    assert done.returncode == 1 and "NOTIFY_SOCKET: got \"relative\", need a path or @name" in done.stderr, done.stderr
+
+
+def listener(family=socket.AF_INET, address=("127.0.0.1", 0)):
+    s = socket.socket(family, socket.SOCK_STREAM)
+    s.bind(address)
+    s.listen(16)
+    return s
+
+
+def inherit(sockets, names, **flags):
+    """A daemon that gets the sockets as descriptors 3, 4, ..."""
+    moves = " ".join("%d<&%d" % (3 + i, 20 + i) for i in range(len(sockets)))
+    for i, s in enumerate(sockets):
+        os.dup2(s.fileno(), 20 + i, inheritable=True)
+    wrap = ["bash", "-c", "exec %s; LISTEN_PID=$$ exec \"$@\"" % moves, "bash"]
+    environment = {"LISTEN_FDS": str(len(sockets)), "LISTEN_FDNAMES": names}
+    try:
+        return harness.Server(wrap=wrap, environment=environment, pass_fds=[20 + i for i in range(len(sockets))], **flags)
+    finally:
+        for i in range(len(sockets)):
+            os.close(20 + i)
+
+
+def ask(address, path, family=socket.AF_INET):
+    with socket.socket(family, socket.SOCK_STREAM) as s:
+        s.settimeout(20 * SLOW)
+        s.connect(address)
+        s.sendall(harness.make_request("GET", path))
+        return harness.read_response(s)
+
+
+def test_sockets_are_handed_over():
+    main, admin = listener(), listener()
+    with inherit([admin, main], "admin:gnpd") as server:
+        assert server.port == main.getsockname()[1]
+        assert server.get("/v2").status == 200
+        assert ask(admin.getsockname(), "/admin/config").status == 200
+        assert ask(main.getsockname(), "/admin/config").status == 404
+        main.close()
+        admin.close()
+
+
+def test_local_socket_is_handed_over():
+    with credentials.Folder() as folder:
+        path = folder.name("socket")
+        with listener(socket.AF_UNIX, path) as main, inherit([main], "gnpd"):
+            assert ask(path, "/v2", socket.AF_UNIX).status == 200
+
+
+def test_sockets_that_cannot_be_used():
+    def fault(sockets, names, *flags):
+        try:
+            with inherit(sockets, names):
+                return ""
+        except AssertionError as text:
+            return str(text)
+    bound = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    bound.bind(("127.0.0.1", 0))
+    datagram = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    with listener() as one, listener() as other, listener(address=("0.0.0.0", 0)) as everywhere:
+        assert "got two sockets for the main listener, need at most 1" in fault([one, other], "a:b")
+        assert "got two sockets for the admin listener" in fault([one, other], "admin:admin")
+        assert "not a listening stream socket" in fault([bound], "a")
+        assert "not a listening stream socket" in fault([datagram], "a")
+        assert "need a loopback address" in fault([everywhere], "a")
+    bound.close()
+    datagram.close()
+
+
+def test_sockets_meant_for_others():
+    with harness.Server(environment={"LISTEN_PID": "1", "LISTEN_FDS": "1"}) as server:
+        assert server.get("/v2").status == 200
+
+
+def test_build_is_told(server):
+    text = subprocess.run([harness.BINARY, "--version"], stdout=subprocess.PIPE, text=True, timeout=20 * SLOW).stdout
+    version = text.split()[1]
+    build = text.split("(")[1].rstrip(")\n") if "(" in text else ""
+    assert server.get("/v2").json["version"] == version + ("+" + build if build else "")
+    assert "gnpd_build_info{version=\"%s\",build=\"%s\"} 1\n" % (version, build) in server.get("/metrics").text
+
+
+def test_units_and_configuration_that_are_shipped():
+    """The configuration is read by the daemon; the units by systemd, where it is installed."""
+    here = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy")
+    done = subprocess.run([harness.BINARY, "--config", os.path.join(here, "gnpd.conf"), "--check-config"], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
+    assert done.returncode == 0, done.stderr
+    with open(os.path.join(here, "gnpd.conf")) as file, credentials.Folder() as folder:
+        beyond = folder.put("beyond.conf", file.read().replace("\nlisten = ", "\n#").replace("#listen", "listen").replace("#keys-file", "keys-file"))
+        done = subprocess.run([harness.BINARY, "--config", beyond, "--check-config"], stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
+        assert "keys-file: /etc/gnpd/keys: " in done.stderr, done.stderr
+        with open(os.path.join(here, "gnpd.service")) as file:
+            unit = file.read()
+        assert "Type=notify\n" in unit and unit.count("@PREFIX@/bin/gnpd") == 2
+        if not shutil.which("systemd-analyze"):
+            return
+        os.mkdir(folder.name("bin"))
+        os.symlink(harness.BINARY, folder.name("bin/gnpd"))
+        paths = [folder.put("gnpd.service", unit.replace("@PREFIX@", folder.path).replace("User=gnpd", "User=root").replace("Group=gnpd", "Group=root")),
+                 folder.put("gnpd.socket", open(os.path.join(here, "gnpd.socket")).read())]
+        done = subprocess.run(["systemd-analyze", "verify", "--man=no", *paths], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              timeout=60 * SLOW)
+        assert done.returncode == 0 and "gnpd" not in done.stdout, done.stdout
