@@ -51,6 +51,7 @@ static void catch_signals(void)
 	sigaction(SIGINT, &action, NULL);
 	sigaction(SIGHUP, &action, NULL);
 	signal(SIGPIPE, SIG_IGN);
+	signal(SIGXFSZ, SIG_IGN); /* a file over its limit is a write that fails */
 }
 
 /* A request takes and frees tens of megabytes: what goes back to the kernel comes again a zeroed page at a time, which costs
@@ -129,6 +130,8 @@ static void drain(struct gnpd_server *server)
 	const double last_words = 2; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
+	gnpd_jobs_park(server->jobs);
+	gnpd_watchers_end(server->watchers);
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
 	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
@@ -140,6 +143,8 @@ static void drain(struct gnpd_server *server)
 static void end_work(struct gnpd_server *server)
 {
 	gnpd_queue_close(server->queue);
+	gnpd_jobs_park(server->jobs);
+	gnpd_watchers_end(server->watchers);
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
 	while (atomic_load(&server->suspended) > 0)
 		usleep(1000);
@@ -152,6 +157,8 @@ static gnp_status serve(struct gnpd_server *server, struct gnp_error *error)
 	unsigned port;
 	int fd;
 	gnp_status status = gnpd_address_parse(server->config->listen, &address, error);
+	if (status == GNP_OK)
+		status = gnpd_jobs_start(server->jobs, error);
 	if (status == GNP_OK)
 		status = gnpd_listen_open(&address, &fd, &port, error);
 	if (status == GNP_OK)
@@ -168,6 +175,16 @@ static gnp_status serve(struct gnpd_server *server, struct gnp_error *error)
 	end_work(server);
 	gnpd_http_stop(http);
 	return status;
+}
+
+/* Requests at the desk are bounded by the connections and by queue-bytes. */
+static gnp_status start_jobs(struct gnpd_server *server, struct gnp_error *error)
+{
+	enum { CLERKS = 2 };
+	gnp_status status = gnpd_queue_create(CLERKS, server->config->max_connections, 1, &server->desk, error);
+	if (status == GNP_OK)
+		status = gnpd_watchers_create(server, &server->watchers, error);
+	return status == GNP_OK ? gnpd_jobs_create(server, &server->jobs, error) : status;
 }
 
 static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
@@ -191,10 +208,15 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnpd_queue_create(config->runners, config->queue_count, config->queue_bytes, &server.queue, error);
 	if (status == GNP_OK)
+		status = start_jobs(&server, error);
+	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
 	if (status == GNP_OK)
 		status = serve(&server, error);
 	gnpd_reaper_free(server.reaper);
+	gnpd_queue_free(server.desk);
+	gnpd_jobs_free(server.jobs);
+	gnpd_watchers_free(server.watchers);
 	gnpd_queue_free(server.queue);
 	gnp_prepared_cache_free(server.cache);
 	gnpd_loader_free(server.loader);

@@ -1,35 +1,42 @@
 #include "routes.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "server.h"
 
 static const struct gnpd_route routes[] = {
-	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"POST", "/v2/repository/index", gnpd_v2_index, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
-	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
+	{"GET", "/v2", gnpd_v2_server, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/health/live", gnpd_system_live, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/ready", gnpd_system_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"POST", "/v2/repository/index", gnpd_v2_index, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"POST", "/v1/{model}", gnpd_v1_operation, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"POST", "/v1/jobs/{model}", gnpd_jobs_post, GNPD_AT_DESK, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs", gnpd_jobs_list_all, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}", gnpd_jobs_get, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"DELETE", "/v1/jobs/{job}", gnpd_jobs_remove, GNPD_AT_DESK, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/events", gnpd_jobs_events, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/result", gnpd_jobs_result, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/metrics", gnpd_system_metrics, GNPD_AT_ONCE, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
+	{"GET", "/openapi.yaml", gnpd_system_openapi, GNPD_AT_ONCE, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
 };
 enum { ROUTES = sizeof routes / sizeof routes[0] };
 
 struct captures {
-	const char *model, *version;
+	const char *model, *version, *job;
 };
 
 static bool match_path(const char *pattern, const struct gnpd_target *target, struct captures *captures)
 {
-	*captures = (struct captures){NULL, NULL};
+	*captures = (struct captures){NULL, NULL, NULL};
 	if (!target->valid)
 		return false;
 	for (unsigned i = 0; i < target->count; i++) {
@@ -41,6 +48,8 @@ static bool match_path(const char *pattern, const struct gnpd_target *target, st
 			captures->model = segment;
 		else if (strncmp(pattern, "{version}", length) == 0)
 			captures->version = segment;
+		else if (strncmp(pattern, "{job}", length) == 0)
+			captures->job = segment;
 		else if (strlen(segment) != length || memcmp(pattern, segment, length) != 0)
 			return false;
 		pattern += length;
@@ -53,13 +62,22 @@ static bool match_method(const struct gnpd_route *route, const char *method)
 	return strcmp(route->method, method) == 0 || (strcmp(route->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
 }
 
-const char *gnpd_routes_allow(const struct gnpd_target *target)
+void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity)
 {
 	struct captures captures;
-	for (size_t i = 0; i < ROUTES; i++)
-		if (match_path(routes[i].path, target, &captures))
-			return strcmp(routes[i].method, "GET") == 0 ? "GET, HEAD" : "POST";
-	return "";
+	size_t size = 0;
+	text[0] = '\0';
+	for (size_t i = 0; i < ROUTES && size < capacity; i++) {
+		const char *method = routes[i].method;
+		if (match_path(routes[i].path, &request->target, &captures))
+			size += (size_t)snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", method,
+			                         strcmp(method, "GET") == 0 ? ", HEAD" : "");
+	}
+}
+
+const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route)
+{
+	return route->handler == gnpd_v1_operation ? &gnpd_codec_file : route->handler == gnpd_v2_infer ? &gnpd_codec_oip : NULL;
 }
 
 static gnp_status unknown_model(const char *model, struct gnp_error *error)
@@ -108,11 +126,13 @@ gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *err
 		request->route = &routes[i];
 		request->model = captures.model;
 		request->version = captures.version;
+		request->job_id = captures.job;
 		request->label = routes[i].label;
 		return resolve_model(request, error);
 	}
+	char allowed[64];
+	gnpd_routes_allow(request, allowed, sizeof allowed);
 	if (path_known)
-		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method,
-		                     gnpd_routes_allow(&request->target));
+		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method, allowed);
 	return gnp_error_set(error, GNP_NOT_FOUND, "path: there is no \"%.100s\"", request->target.path);
 }

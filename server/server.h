@@ -6,6 +6,8 @@
 #include <stdbool.h>
 
 #include "config.h"
+#include "job_watch.h"
+#include "jobs.h"
 #include "loader.h"
 #include "log.h"
 #include "metrics.h"
@@ -22,6 +24,9 @@ struct gnpd_server {
 	struct gnpd_loader *loader;
 	struct gnp_prepared_cache *cache;  /* of operators */
 	struct gnpd_queue *queue;
+	struct gnpd_queue *desk;           /* of what waits for the disk */
+	struct gnpd_watchers *watchers;
+	struct gnpd_jobs *jobs;
 	struct gnpd_reaper *reaper;
 	struct gnp_buffer openapi;         /* written once */
 	unsigned boot;                     /* random, the first half of generated request ids */

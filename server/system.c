@@ -25,7 +25,8 @@ gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *e
 	request->reply.code = 200;
 	request->reply.content_type = "text/plain; version=0.0.4; charset=utf-8";
 	const struct gnp_prepared_cache_state cache = gnp_prepared_cache_state(server->cache);
-	return gnpd_metrics_write(&server->metrics, &state, &cache, gnp_pool_workers(server->pool), &request->reply.body, error);
+	gnp_status status = gnpd_metrics_write(&server->metrics, &state, &cache, gnp_pool_workers(server->pool), &request->reply.body, error);
+	return status == GNP_OK ? gnpd_jobs_metrics_write(server->jobs, &request->reply.body, error) : status;
 }
 
 gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *error)
