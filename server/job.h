@@ -17,7 +17,7 @@ struct gnpd_job {
 	struct gnpd_jobs *jobs;
 	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change */
 	size_t references;
-	size_t bytes;                  /* of its files but the record, as the quota counts them */
+	size_t bytes[GNPD_JOB_FILES];  /* of its files but the record, as the quota counts them */
 	bool arriving;                 /* not yet on disk: nobody may know of it */
 	bool cancelled;                /* somebody asked for it */
 	bool removed;
@@ -54,8 +54,12 @@ void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next);
 /* A shallow copy. */
 struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job);
 
-/* Counts that a file of the job is `now` bytes after having been `before`. limit: refuse with GNP_NO_SPACE what does not fit jobs-bytes. */
-gnp_status gnpd_job_account(struct gnpd_job *job, size_t before, size_t now, bool limit, struct gnp_error *error);
+/* Counts that a file of the job is about to have so many bytes: GNP_NO_SPACE, and nothing changed, when that is more than before and
+ * does not fit jobs-bytes. */
+gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error);
+
+/* Removes a file the job has no more use for. */
+void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file);
 
 /* Removes the job, which is over, with its files. disk is held. */
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);

@@ -42,8 +42,7 @@ static void expire(struct gnpd_jobs *jobs, struct gnpd_job *job)
 	if (job->removed)
 		return;
 	next.state = GNPD_JOB_EXPIRED;
-	gnpd_job_store_remove(&jobs->store, next.id, GNPD_JOB_RESULT_FILE, NULL);
-	gnpd_job_account(job, job->bytes, 0, false, NULL);
+	gnpd_job_let_go(job, GNPD_JOB_RESULT_FILE);
 	if (gnpd_job_store_put_record(&jobs->store, &next, &error) == GNP_OK) {
 		gnpd_job_publish(job, &next);
 		return;

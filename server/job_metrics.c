@@ -50,6 +50,7 @@ gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *bu
 		{"_recovered_total", "counter", "Jobs taken up from an earlier process.", (double)counts.recovered},
 		{"_damaged_total", "counter", "Records that could not be read and were set aside.", (double)counts.damaged},
 		{"_checkpoints_total", "counter", "Checkpoints written.", (double)counts.checkpoints},
+		{"_resumed_total", "counter", "Runs that went on from a checkpoint.", (double)counts.resumed},
 		{"_bytes", "gauge", "Bytes of bodies, checkpoints and results kept.", (double)counts.bytes},
 		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(server->watchers)},
 		{"_limit", "gauge", "Most jobs kept.", (double)config->jobs_count},

@@ -78,6 +78,9 @@ static gnp_status read_files(struct run *run, struct gnp_error *error)
 	    gnpd_job_store_get(store, id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) == GNP_OK) {
 		run->checkpoint.kept = run->kept.data;
 		run->checkpoint.size = run->kept.size;
+		pthread_mutex_lock(&run->jobs->lock);
+		run->jobs->counts.resumed++;
+		pthread_mutex_unlock(&run->jobs->lock);
 	}
 	return status;
 }
@@ -115,13 +118,13 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 	struct run *run = context;
 	size_t size = sum(pieces, count);
 	struct gnp_error cause = {0};
-	gnp_status status = gnpd_job_account(run->job, run->checkpoint_bytes, size, true, &cause);
+	gnp_status status = gnpd_job_account(run->job, GNPD_JOB_CHECKPOINT_FILE, size, &cause);
 	if (status == GNP_OK) {
 		status = gnpd_job_store_put(&run->jobs->store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, pieces, count, &cause);
 		if (status == GNP_OK)
 			run->checkpoint_bytes = size;
 		else
-			gnpd_job_account(run->job, size, run->checkpoint_bytes, false, NULL);
+			gnpd_job_account(run->job, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, NULL);
 	}
 	pthread_mutex_lock(&run->jobs->lock);
 	run->jobs->counts.checkpoints += status == GNP_OK;
@@ -194,11 +197,8 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 /* Every end is committed after its files are there and before those it no longer needs go. */
 static void clean(struct run *run)
 {
-	struct gnpd_job_store *store = &run->jobs->store;
-	const char *id = run->job->record.id;
-	gnpd_job_store_remove(store, id, GNPD_JOB_BODY_FILE, NULL);
-	gnpd_job_store_remove(store, id, GNPD_JOB_CHECKPOINT_FILE, NULL);
-	gnpd_job_account(run->job, run->job->record.body_bytes + run->checkpoint_bytes, 0, false, NULL);
+	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE);
 }
 
 static const char *header_of(const struct gnpd_reply *reply, const char *name)
@@ -240,12 +240,12 @@ static gnp_status store_result(struct run *run, struct gnpd_job_record *next, st
 	snprintf(next->result_inference_length, sizeof next->result_inference_length, "%.23s",
 	         header_of(reply, "Inference-Header-Content-Length"));
 	snprintf(next->result_timing, sizeof next->result_timing, "%s", header_of(reply, "Server-Timing"));
-	status = gnpd_job_account(run->job, 0, next->result_bytes, true, error);
+	status = gnpd_job_account(run->job, GNPD_JOB_RESULT_FILE, next->result_bytes, error);
 	if (status != GNP_OK)
 		goto done;
 	status = gnpd_job_store_put(&run->jobs->store, next->id, GNPD_JOB_RESULT_FILE, pieces, count, error);
 	if (status != GNP_OK)
-		gnpd_job_account(run->job, next->result_bytes, 0, false, NULL);
+		gnpd_job_account(run->job, GNPD_JOB_RESULT_FILE, 0, NULL);
 done:
 	free(pieces);
 	free(data);
@@ -265,8 +265,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 	status = gnpd_job_commit(run->job, &next, error);
 	if (status == GNP_OK)
 		return GNP_OK;
-	gnpd_job_store_remove(&run->jobs->store, next.id, GNPD_JOB_RESULT_FILE, NULL);
-	gnpd_job_account(run->job, next.result_bytes, 0, false, NULL);
+	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE);
 	return status;
 }
 

@@ -49,7 +49,8 @@ static gnp_status insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gn
 	memmove(jobs->items + place + 1, jobs->items + place, (jobs->count - place) * sizeof *jobs->items);
 	jobs->items[place] = job;
 	jobs->count++;
-	jobs->bytes += job->bytes;
+	for (int file = 0; file < GNPD_JOB_FILES; file++)
+		jobs->bytes += job->bytes[file];
 	job->references++;
 	return GNP_OK;
 }
@@ -66,8 +67,10 @@ static void take_out(struct gnpd_jobs *jobs, struct gnpd_job *job)
 	size_t place = place_of(jobs, job->record.id);
 	memmove(jobs->items + place, jobs->items + place + 1, (jobs->count - place - 1) * sizeof *jobs->items);
 	jobs->count--;
-	jobs->bytes -= job->bytes;
-	job->bytes = 0;
+	for (int file = 0; file < GNPD_JOB_FILES; file++) {
+		jobs->bytes -= job->bytes[file];
+		job->bytes[file] = 0;
+	}
 	job->removed = true;
 	job->version++;
 	job->references--;
@@ -141,23 +144,29 @@ void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *
 	gnpd_job_publish(job, next);
 }
 
-gnp_status gnpd_job_account(struct gnpd_job *job, size_t before, size_t now, bool limit, struct gnp_error *error)
+gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	size_t most = jobs->server->config->jobs_bytes;
 	gnp_status status = GNP_OK;
 	pthread_mutex_lock(&jobs->lock);
-	size_t others = jobs->bytes - before;
-	if (limit && (others > most || now > most - others)) {
+	size_t before = job->bytes[file], others = jobs->bytes - before;
+	if (bytes > before && (others > most || bytes > most - others)) {
 		status = gnp_error_set(error, GNP_NO_SPACE, "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held (jobs-bytes)",
-		                       others, now, most);
+		                       others, bytes, most);
 		jobs->counts.refused_bytes++;
-	} else {
-		jobs->bytes = others + now;
-		job->bytes = job->bytes - before + now;
+	} else if (!job->removed) {
+		jobs->bytes = others + bytes;
+		job->bytes[file] = bytes;
 	}
 	pthread_mutex_unlock(&jobs->lock);
 	return status;
+}
+
+void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file)
+{
+	gnpd_job_store_remove(&job->jobs->store, job->record.id, file, NULL);
+	gnpd_job_account(job, file, 0, NULL);
 }
 
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error)
@@ -223,7 +232,7 @@ static struct gnpd_job *make_job(struct gnpd_jobs *jobs, const struct gnpd_work 
 	job->queued.run = gnpd_job_run;
 	job->arriving = true;
 	job->references = 1;
-	job->bytes = work->body.size;
+	job->bytes[GNPD_JOB_BODY_FILE] = work->body.size;
 	record->body_bytes = work->body.size;
 	snprintf(record->operation, sizeof record->operation, "%s", work->operation->name);
 	snprintf(record->codec, sizeof record->codec, "%s", work->codec->name);
@@ -302,7 +311,7 @@ static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp
 			*existing = old;
 		}
 	} else {
-		status = check_room(jobs, job->bytes, error);
+		status = check_room(jobs, job->bytes[GNPD_JOB_BODY_FILE], error);
 		if (status == GNP_OK)
 			status = make_id(jobs, &job->record, error);
 		if (status == GNP_OK)
@@ -461,10 +470,8 @@ static void cancel_queued(struct gnpd_jobs *jobs, struct gnpd_job *job)
 		gnpd_job_remove(job, NULL);
 		pthread_mutex_unlock(&jobs->disk);
 	}
-	gnpd_job_store_remove(&jobs->store, next.id, GNPD_JOB_BODY_FILE, NULL);
-	gnpd_job_store_remove(&jobs->store, next.id, GNPD_JOB_CHECKPOINT_FILE, NULL);
-	if (!job->removed)
-		gnpd_job_account(job, job->bytes, 0, false, NULL);
+	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE);
+	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE);
 	gnpd_job_publish(job, &next);
 }
 
@@ -537,7 +544,7 @@ static gnp_status take_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record
 		gnpd_job_store_remove(&jobs->store, job->record.id, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	}
 	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
-		job->bytes += file_bytes(jobs, job->record.id, (enum gnpd_job_file)file);
+		job->bytes[file] = file_bytes(jobs, job->record.id, (enum gnpd_job_file)file);
 	gnp_status status = insert(jobs, job, error);
 	if (status != GNP_OK)
 		free_job(job);
