@@ -53,6 +53,7 @@ static const struct field fields[] = {
 	{"job-runners", COUNT, FIELD(job_runners), "2", 1, 1024, "jobs computed at once"},
 	{"jobs-count", COUNT, FIELD(jobs_count), "1000", 1, 1000000, "jobs kept, those that are over among them"},
 	{"jobs-bytes", BYTES, FIELD(jobs_bytes), "16G", 1024, 1024 * TIB, "bodies, checkpoints and results of all jobs kept"},
+	{"jobs-memory-bytes", BYTES, FIELD(jobs_memory_bytes), "0", 0, 64 * TIB, "of queue-bytes, what jobs that run may hold; 0: three quarters"},
 	{"jobs-queue-count", COUNT, FIELD(jobs_queue_count), "200", 1, 1000000, "jobs that may wait"},
 	{"jobs-watch-count", COUNT, FIELD(jobs_watch_count), "400", 1, 65536, "requests that may wait for a job to change"},
 	{"jobs-attempts", COUNT, FIELD(jobs_attempts), "3", 1, 1000, "runs of a job that the process may end in"},

@@ -45,6 +45,7 @@ struct gnpd_config {
 	size_t job_runners;                 /* jobs that run at once */
 	size_t jobs_count;                  /* jobs kept, those that are over among them */
 	size_t jobs_bytes;                  /* of their bodies, checkpoints and results */
+	size_t jobs_memory_bytes;           /* of queue_bytes that jobs may hold; 0: three quarters */
 	size_t jobs_queue_count;            /* jobs that may wait for a runner */
 	size_t jobs_watch_count;            /* requests that may wait for a job to change */
 	size_t jobs_attempts;               /* runs of a job that the process may end in */

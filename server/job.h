@@ -37,6 +37,7 @@ struct gnpd_jobs {
 	struct gnpd_job **items;        /* (count), by id */
 	size_t count, capacity;
 	size_t bytes;                   /* sum of theirs */
+	size_t memory;                  /* that those that run have reserved */
 	int64_t last;                   /* microseconds of the newest id */
 	bool parking, stopping, clerk_runs;
 	pthread_t clerk;

@@ -52,6 +52,8 @@ gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *bu
 		{"_checkpoints_total", "counter", "Checkpoints written.", (double)counts.checkpoints},
 		{"_resumed_total", "counter", "Runs that went on from a checkpoint.", (double)counts.resumed},
 		{"_bytes", "gauge", "Bytes of bodies, checkpoints and results kept.", (double)counts.bytes},
+		{"_memory_bytes", "gauge", "Memory held by jobs that run.", (double)counts.memory},
+		{"_memory_bytes_limit", "gauge", "Most memory of them.", (double)gnpd_jobs_memory_most(jobs)},
 		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(server->watchers)},
 		{"_limit", "gauge", "Most jobs kept.", (double)config->jobs_count},
 		{"_bytes_limit", "gauge", "Most bytes of them.", (double)config->jobs_bytes},

@@ -6,7 +6,7 @@ static const struct {
 } shares[GNP_STAGE_COUNT] = {
 	[GNP_STAGE_WAITING] = {0, 0},          [GNP_STAGE_DECODE] = {0, 0.02},     [GNP_STAGE_ORDER] = {0.02, 0.03},
 	[GNP_STAGE_NEIGHBORS] = {0.03, 0.04},  [GNP_STAGE_ORIENT] = {0.04, 0.07},  [GNP_STAGE_PREPARE] = {0.04, 0.1},
-	[GNP_STAGE_ESTIMATE] = {0.1, 0.9},     [GNP_STAGE_FILTER] = {0.5, 0.95},   [GNP_STAGE_FLOW] = {0.05, 0.97},
+	[GNP_STAGE_ESTIMATE] = {0.1, 0.9},     [GNP_STAGE_FILTER] = {0.5, 0.95},   [GNP_STAGE_FLOW] = {0.1, 0.97},
 	[GNP_STAGE_ASSEMBLE] = {0.4, 0.5},     [GNP_STAGE_FACTOR] = {0.5, 0.85},   [GNP_STAGE_SOLVE] = {0.85, 0.95},
 	[GNP_STAGE_ENCODE] = {0.95, 0.99},     [GNP_STAGE_DONE] = {0.99, 1}};
 

@@ -83,10 +83,11 @@ static gnp_status check_key(const char *key, struct gnp_error *error)
 /* What a run would be refused for in any case. */
 static gnp_status check_memory(const struct gnpd_work *work, struct gnp_error *error)
 {
-	size_t most = work->server->config->queue_bytes;
+	size_t most = gnpd_jobs_memory_most(work->server->jobs);
 	if (work->call.memory <= most && work->reserved <= most - work->call.memory)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_TOO_LARGE, "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (queue-bytes)",
+	return gnp_error_set(error, GNP_TOO_LARGE,
+	                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
 	                     work->reserved, work->call.memory, most);
 }
 

@@ -17,6 +17,7 @@ struct run {
 	struct gnp_checkpoint checkpoint;
 	struct gnp_buffer kept;  /* the checkpoint it begins from */
 	size_t checkpoint_bytes; /* of the file */
+	size_t memory;           /* reserved of what jobs may hold */
 };
 
 /* ---- Gathering what it needs ---- */
@@ -43,14 +44,53 @@ static gnp_status take_turn(struct run *run, struct gnp_error *error)
 	return pthread_mutex_trylock(&run->jobs->turn) == 0 ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
 }
 
+/* Of the share of jobs. */
+static gnp_status reserve_share(struct run *run, size_t bytes, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = run->jobs;
+	size_t most = gnpd_jobs_memory_most(jobs);
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->lock);
+	if (bytes > most || run->memory > most - bytes)
+		status = gnp_error_set(error, GNP_TOO_LARGE, "memory: the job holds %zu bytes and needs %zu more, need at most %zu (jobs-memory-bytes)",
+		                       run->memory, bytes, most);
+	else if (jobs->memory > most - bytes)
+		status = gnp_error_set(error, GNP_OVERLOADED, "other jobs hold the memory");
+	else {
+		jobs->memory += bytes;
+		run->memory += bytes;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	return status;
+}
+
+static void release_share(struct run *run, size_t bytes)
+{
+	pthread_mutex_lock(&run->jobs->lock);
+	run->jobs->memory -= bytes;
+	run->memory -= bytes;
+	pthread_mutex_unlock(&run->jobs->lock);
+}
+
+static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error)
+{
+	gnp_status status = reserve_share(run, bytes, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_work_reserve(&run->work, bytes, error);
+	if (status != GNP_OK)
+		release_share(run, bytes);
+	return status;
+}
+
 static gnp_status reserve_files(struct run *run, struct gnp_error *error)
 {
-	return gnpd_work_reserve(&run->work, run->job->record.body_bytes + run->checkpoint_bytes, error);
+	return reserve(run, run->job->record.body_bytes + run->checkpoint_bytes, error);
 }
 
 static gnp_status reserve_call(struct run *run, struct gnp_error *error)
 {
-	return gnpd_work_reserve(&run->work, run->work.call.memory, error);
+	return reserve(run, run->work.call.memory, error);
 }
 
 /* What a check that found no memory leaves is let go before the next. */
@@ -337,6 +377,7 @@ static void run_job(struct gnpd_job *job)
 	hide_work(&run);
 	end(&run, status, &error);
 	gnpd_work_clear(&run.work);
+	release_share(&run, run.memory);
 	gnpd_reply_clear(&run.reply);
 	gnp_buffer_clear(&run.kept);
 }

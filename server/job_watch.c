@@ -75,8 +75,10 @@ static void compose(struct gnpd_watchers *watchers, struct gnpd_watch *watch)
 		watch->begun = true;
 		watch->version = view.version;
 		watch->fraction = view.progress.fraction;
+		watch->progressed = now;
 		tell(watch, &view, "state");
-	} else if (view.progress.fraction != watch->fraction && now - watch->told >= BETWEEN) {
+	} else if (view.progress.fraction != watch->fraction && now - watch->progressed >= BETWEEN) {
+		watch->progressed = now;
 		watch->fraction = view.progress.fraction;
 		tell(watch, &view, "progress");
 	} else if (now - watch->told >= watchers->server->config->jobs_heartbeat_seconds) {

@@ -32,7 +32,7 @@ struct gnpd_watch {
 	size_t sent;
 	bool begun, over, suspended;
 	unsigned version;       /* of the job when its state was last told */
-	double told, fraction;  /* when something was last told, and the last progress */
+	double told, progressed, fraction; /* when anything was last told, when progress was, and how much */
 };
 
 gnp_status gnpd_watchers_create(struct gnpd_server *server, struct gnpd_watchers **out, struct gnp_error *error);

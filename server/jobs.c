@@ -664,6 +664,7 @@ void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts)
 	pthread_mutex_lock(&jobs->lock);
 	*counts = jobs->counts;
 	counts->bytes = jobs->bytes;
+	counts->memory = jobs->memory;
 	for (size_t i = 0; i < jobs->count; i++)
 		counts->states[jobs->items[i]->record.state]++;
 	pthread_mutex_unlock(&jobs->lock);
@@ -672,4 +673,11 @@ void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts)
 struct gnpd_server *gnpd_jobs_server(struct gnpd_jobs *jobs)
 {
 	return jobs->server;
+}
+
+size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs)
+{
+	const struct gnpd_config *config = jobs->server->config;
+	size_t share = config->queue_bytes - config->queue_bytes / 4;
+	return config->jobs_memory_bytes ? config->jobs_memory_bytes : share;
 }

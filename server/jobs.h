@@ -59,9 +59,12 @@ gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum g
  * when it was let go. */
 gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_view *view, int *fd, struct gnp_error *error);
 
+/* Most memory jobs that run may hold together. */
+size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs);
+
 /* What the metrics tell. */
 struct gnpd_jobs_counts {
-	size_t states[GNPD_JOB_STATES], bytes;
+	size_t states[GNPD_JOB_STATES], bytes, memory;
 	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
 	uint64_t ended[GNPD_JOB_STATES];
 	uint64_t refused_count, refused_queue, refused_bytes, refused_disk;
