@@ -137,10 +137,11 @@ static void remove_left(const char *parent)
 static gnp_status open_temporary(struct gnpd_job_store *store, struct gnp_error *error)
 {
 	const char *parent = getenv("TMPDIR");
-	char path[1024];
+	char path[1024], chance[7] = "";
+	memset(chance, 'X', sizeof chance - 1); /* what mkdtemp replaces */
 	if (!parent || !*parent)
 		parent = "/tmp";
-	if (snprintf(path, sizeof path, "%s/%sXXXXXX", parent, temporary_prefix) >= (int)sizeof path)
+	if (snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, chance) >= (int)sizeof path)
 		return fault(parent, ENAMETOOLONG, error);
 	remove_left(parent);
 	if (!mkdtemp(path))
