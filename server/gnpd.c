@@ -67,14 +67,14 @@ static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
 {
 	enum { OTHER_FILES = 64 };
 	struct rlimit limit;
-	rlim_t need = connections + OTHER_FILES;
-	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= need)
+	rlim_t need = connections + OTHER_FILES, better = 2 * connections + OTHER_FILES; /* results of jobs are sent from their files */
+	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= better)
 		return GNP_OK;
 	if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < need)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "max-connections: got %zu, need at most %llu: the process may open "
 		                     "%llu files (ulimit -n)", connections, (unsigned long long)limit.rlim_max - OTHER_FILES,
 		                     (unsigned long long)limit.rlim_max);
-	limit.rlim_cur = need;
+	limit.rlim_cur = limit.rlim_max == RLIM_INFINITY || limit.rlim_max > better ? better : limit.rlim_max;
 	if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
 		return gnp_error_set(error, GNP_IO, "open files: %s", strerror(errno));
 	return GNP_OK;

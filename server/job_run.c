@@ -77,8 +77,10 @@ static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error
 	gnp_status status = reserve_share(run, bytes, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnpd_work_reserve(&run->work, bytes, error);
-	if (status != GNP_OK)
+	status = gnpd_queue_reserve(run->jobs->server->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
+	if (status == GNP_OK)
+		run->work.reserved += bytes;
+	else
 		release_share(run, bytes);
 	return status;
 }

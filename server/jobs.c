@@ -450,9 +450,10 @@ gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_v
 	default: break;
 	}
 	*fd = gnpd_job_store_open_file(&jobs->store, record->id, GNPD_JOB_RESULT_FILE, &size);
-	if (*fd < 0)
-		return gnp_error_set(error, GNP_GONE, "job %s: its result is gone", record->id);
-	return GNP_OK;
+	if (*fd >= 0)
+		return GNP_OK;
+	return errno == ENOENT ? gnp_error_set(error, GNP_GONE, "job %s: its result is gone", record->id)
+	                       : gnpd_disk_failure(errno, "cannot open the result of", record->id, error);
 }
 
 /* ---- Deleting ---- */

@@ -1,5 +1,5 @@
-"""Kills a daemon again and again while clients submit jobs, and audits: every job that was acknowledged is there afterwards, and ends
-with the right result or with a reason. tests/soak/kill_audit.py runs it for as long as one likes."""
+"""Kills a daemon again and again while clients submit jobs, and audits: every job that was acknowledged is there afterwards, ends with
+the right result or with a reason, and is no second one to who asks again. tests/soak/kill_audit.py runs it for as long as one likes."""
 import random
 import threading
 import time
@@ -38,11 +38,12 @@ class Load:
             call, i = chance.choice(CALLS), chance.randrange(len(CLOUDS))
             key = "%d-%d-%d" % (self.number, client, sent)
             sent += 1
-            self.known["tried"][key] = (call, i)
+            self.known["asked"][key] = (call, i, None)
             try:
                 response = self.server.post("/v1/jobs/" + call, CLOUDS[i], {"Idempotency-Key": key})
                 if response.status == 202:
                     self.known["jobs"][response.json["id"]] = (call, i)
+                    self.known["asked"][key] = (call, i, response.json["id"])
                     if chance.random() < 0.1:
                         self.known["cancelled"].add(response.json["id"])
                         self.server.request("DELETE", "/v1/jobs/" + response.json["id"])
@@ -80,11 +81,23 @@ def settle(server, known, wanted, report, patience):
             report["wrong"].append((job, record))
 
 
+def ask_again(server, known, report, most=40):
+    """Whoever got no answer asks again with the same key, and whoever got one gets the same: no job is made twice."""
+    for key, (call, i, job) in list(known["asked"].items())[-most:]:
+        response = server.post("/v1/jobs/" + call, CLOUDS[i], {"Idempotency-Key": key})
+        if response.status not in (200, 202):
+            report["wrong"].append((key, response.text))
+        elif job and job not in known["cancelled"] and (response.status, response.json["id"]) != (200, job):
+            report["wrong"].append((key, job, response.text))
+        else:
+            known["jobs"][response.json["id"]] = (call, i)
+
+
 def run(path, kills, seconds, seed, progress=None):
     """seconds: most between two kills. Returns what was found."""
     chance = random.Random(seed)
     wanted = reference()
-    known = {"jobs": {}, "tried": {}, "cancelled": set()}
+    known = {"jobs": {}, "asked": {}, "cancelled": set()}
     report = {"seed": seed, "kills": 0, "acknowledged": 0, "lost": [], "wrong": [], "ends": {}}
     for number in range(kills):
         server = harness.Server(jobs_dir=path, **FLAGS)
@@ -98,6 +111,7 @@ def run(path, kills, seconds, seed, progress=None):
         if progress:
             progress(report, known)
     with harness.Server(jobs_dir=path, **FLAGS) as server:
+        ask_again(server, known, report)
         settle(server, known, wanted, report, 30 + 2 * len(known["jobs"]))
         report["damaged"] = server.metric("gnpd_jobs_damaged_total")
         report["resumed"] = server.metric("gnpd_jobs_resumed_total")
