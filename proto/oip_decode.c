@@ -189,6 +189,8 @@ bool gnp_oip_is_request(const unsigned char *body, size_t size)
 			return false;
 		depth += c == '{' || c == '[';
 		depth -= c == '}' || c == ']';
+		if (depth == 0 && c == '}')
+			return false; /* the object is over */
 		at++;
 	}
 	return false;

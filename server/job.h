@@ -1,4 +1,4 @@
-/* A job and the table of them, for jobs.c, job_run.c and job_clerk.c alone.
+/* A job and the table of them, for jobs.c, job_recover.c, job_run.c and job_clerk.c alone.
  *
  * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
  * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
@@ -45,6 +45,13 @@ struct gnpd_jobs {
 };
 
 int64_t gnpd_jobs_now(void); /* microseconds since the epoch */
+
+/* Lock held, or nobody else about. Puts a job into the table, which holds a reference. */
+gnp_status gnpd_jobs_insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp_error *error);
+void gnpd_job_free(struct gnpd_job *job);
+
+/* job_recover.c: takes up what the store holds. */
+gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error);
 
 /* Writes the record; on success it is the job's, else the job keeps its old one. */
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
