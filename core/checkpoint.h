@@ -13,7 +13,8 @@ struct gnp_piece {
 };
 
 struct gnp_checkpoint {
-	double seconds;    /* at least so many between two, and at least ten times what the last took; 0: whenever there is something new */
+	double seconds;    /* at least so many between two, and at least ten times what the last took; 0: whenever there is something new,
+	                      whatever it takes */
 	/* Keeps the pieces, one after the other, in place of what was kept before. Called by the thread that drives the work; when it
 	 * fails the work goes on, and what was kept before still is. */
 	gnp_status (*save)(void *context, const struct gnp_piece *pieces, size_t count, struct gnp_error *error);

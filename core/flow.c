@@ -220,7 +220,7 @@ static gnp_status advance(struct flow *flow, size_t step, bool *stopped, struct 
 
 /* ---- Checkpoints ---- */
 
-/* Of the time a flow takes, at most a tenth goes into checkpoints. */
+/* Of the time a flow takes, at most a tenth goes into checkpoints, unless one is wanted of every step. */
 static const double COST = 10;
 
 static struct gnp_flow_middle middle_of(struct flow *flow)
@@ -240,7 +240,7 @@ static void keep(struct flow *flow)
 	if (gnp_flow_checkpoint_save(&middle, flow->checkpoint, NULL) == GNP_OK)
 		flow->kept = flow->result.steps;
 	double now = gnp_clock();
-	flow->keep_after = now + fmax(flow->checkpoint->seconds, COST * (now - begun));
+	flow->keep_after = flow->checkpoint->seconds > 0 ? now + fmax(flow->checkpoint->seconds, COST * (now - begun)) : now;
 }
 
 /* From the start to where it was kept; what is not this flow's is left aside. */

@@ -61,7 +61,7 @@ static const struct field fields[] = {
 	{"jobs-ttl-seconds", SECONDS, FIELD(jobs_ttl_seconds), "86400", 0.01, 315360000, "before a job that is over expires, and again before it is forgotten"},
 	{"jobs-wait-seconds", SECONDS, FIELD(jobs_wait_seconds), "60", 0, 3600, "most of ?wait="},
 	{"jobs-heartbeat-seconds", SECONDS, FIELD(jobs_heartbeat_seconds), "5", 0.1, 3600, "between signs of life in a stream of events"},
-	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400, "least between two checkpoints of a job"},
+	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400, "least between two checkpoints of a job; 0: one after every step"},
 	{"log-format", LOG_FORMAT, FIELD(log_format), "text", 0, 0, "text or json"},
 	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
 };
