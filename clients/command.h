@@ -38,7 +38,7 @@ struct gnp_command {
 };
 
 extern const struct gnp_command gnp_command_sample, gnp_command_convert, gnp_command_compare, gnp_command_info,
-	gnp_command_plot, gnp_command_snapshots;
+	gnp_command_plot, gnp_command_snapshots, gnp_command_jobs;
 
 /* The subcommand of an operation: its flags and help come from the operation's table. options must outlive *command. */
 #define GNP_OPERATION_OPTIONS_MAX 48

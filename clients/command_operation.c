@@ -5,6 +5,7 @@
 #include "command.h"
 #include "file_io.h"
 #include "http_client.h"
+#include "job_client.h"
 #include "result.h"
 #include "session.h"
 
@@ -19,6 +20,8 @@ static const struct gnp_option client_options[] = {
 	{"cacert", 0, "FILE", "certificates that show who the server is (default: the system's)"},
 	{"key", 0, "KEY", "key for the server (better in the environment variable GNP_KEY, which others do not see)"},
 	{"timeout", 0, "SECONDS", "how long a server may take (default: no limit)"},
+	{"job", 0, NULL, "with --url: as a job of the server; prints its id"},
+	{"wait", 0, NULL, "with --job: wait for it and write its result"},
 };
 #define CLIENT_OPTIONS (sizeof client_options / sizeof client_options[0])
 
@@ -29,6 +32,7 @@ struct job {
 	enum gnp_format input_format, output_format;
 	uint64_t workers;
 	double timeout;
+	bool job, wait;
 	struct gnp_values parameters;
 	struct gnp_buffer body; /* the input file */
 };
@@ -83,6 +87,12 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--weights-dir: is of local work, and --url asks a server");
 	if (job->url && gnp_arguments_has(arguments, "workers"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--workers: is of local work, and --url asks a server");
+	job->job = gnp_arguments_has(arguments, "job");
+	job->wait = gnp_arguments_has(arguments, "wait");
+	if (job->job && !job->url)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--job: needs --url, jobs are those of a server");
+	if (job->wait && !job->job)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--wait: needs --job");
 	gnp_status status = parse_server(arguments, job, error);
 	if (status == GNP_OK)
 		status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
@@ -121,13 +131,13 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 	return status;
 }
 
-/* URL/v1/OPERATION?name=value&... */
+/* URL/v1/OPERATION?name=value&..., or URL/v1/jobs/OPERATION... */
 static gnp_status build_url(const struct job *job, struct gnp_buffer *url, struct gnp_error *error)
 {
 	size_t length = strlen(job->url);
 	while (length && job->url[length - 1] == '/')
 		length--;
-	gnp_status status = gnp_buffer_printf(url, error, "%.*s/v1/%s", (int)length, job->url, job->operation->name);
+	gnp_status status = gnp_buffer_printf(url, error, "%.*s/v1/%s%s", (int)length, job->url, job->job ? "jobs/" : "", job->operation->name);
 	for (size_t i = 0; i < job->parameters.count && status == GNP_OK; i++) {
 		status = gnp_buffer_printf(url, error, "%c%s=", i ? '&' : '?', job->parameters.items[i].name);
 		if (status == GNP_OK)
@@ -151,6 +161,23 @@ static gnp_status run_remote(struct job *job, struct gnp_session *session, struc
 	return status;
 }
 
+/* Submits; the answer is the id as a line, or what the job answers. */
+static gnp_status run_as_job(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
+{
+	const struct gnp_job_server server = {.url = job->url, .with = {.timeout = job->timeout}, .progress = &session->progress};
+	char id[GNP_JOB_ID_MAX];
+	struct gnp_buffer json = {0};
+	gnp_status status = run_remote(job, session, &json, error);
+	if (status == GNP_OK)
+		status = gnp_job_id(&json, id, error);
+	gnp_buffer_clear(&json);
+	if (status == GNP_OK && !job->wait)
+		return gnp_buffer_printf(answer, error, "%s\n", id);
+	if (status == GNP_OK)
+		status = gnp_job_wait(&server, id, error);
+	return status == GNP_OK ? gnp_job_fetch(&server, id, answer, error) : status;
+}
+
 static enum gnp_exit run_job(struct job *job, struct gnp_error *error)
 {
 	struct gnp_session session;
@@ -159,10 +186,10 @@ static enum gnp_exit run_job(struct job *job, struct gnp_error *error)
 	gnp_status status = gnp_session_open(&session, remote ? GNP_NO_WORKERS : (unsigned)job->workers, error);
 	if (status != GNP_OK)
 		return gnp_exit_of(status, false);
-	status = (remote ? run_remote : run_local)(job, &session, &answer, error);
+	status = (job->job ? run_as_job : remote ? run_remote : run_local)(job, &session, &answer, error);
 	gnp_session_close(&session);
 	if (status == GNP_OK) {
-		status = gnp_file_write(job->output, answer.data, answer.size, error);
+		status = gnp_file_write(job->job && !job->wait ? "-" : job->output, answer.data, answer.size, error);
 		remote = false;
 	}
 	gnp_buffer_clear(&answer);
@@ -201,7 +228,7 @@ gnp_status gnp_command_for_operation(const struct gnp_operation *operation,
 			.name = parameter->name, .value = parameter->type == GNP_PARAMETER_BOOL ? "[=true|false]" : "a value"};
 	}
 	*command = (struct gnp_command){
-		.name = operation->name, .operands = "IN [--local | --url URL] [OPTIONS] -o OUT", .help = operation->help,
+		.name = operation->name, .operands = "IN [--local | --url URL [--job [--wait]]] [OPTIONS] -o OUT", .help = operation->help,
 		.options = options, .option_count = CLIENT_OPTIONS + operation->parameter_count, .operands_least = 1,
 		.operands_most = 1, .run = run, .operation = operation};
 	return GNP_OK;

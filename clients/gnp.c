@@ -12,7 +12,7 @@
 
 static const struct gnp_command *const commands[] = {
 	&gnp_command_sample, &gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,
-	&gnp_command_snapshots,
+	&gnp_command_snapshots, &gnp_command_jobs,
 };
 #define COMMANDS (sizeof commands / sizeof commands[0])
 

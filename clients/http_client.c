@@ -48,8 +48,7 @@ gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct g
 	return status;
 }
 
-/* The string value of a top-level key of a flat JSON object, with one-character escapes undone; empty when there is none. */
-static void json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size)
+void gnp_http_json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size)
 {
 	char quoted[32];
 	value[0] = 0;
@@ -71,20 +70,25 @@ static void json_string(const struct gnp_buffer *body, const char *key, char *va
 	value[used] = 0;
 }
 
-static gnp_status status_of(const char *code, long http)
+gnp_status gnp_http_status_of(const char *code)
 {
 	for (int i = 0; i < GNP_STATUS_COUNT; i++)
 		if (strcmp(gnp_status_name((gnp_status)i), code) == 0)
 			return (gnp_status)i;
-	return http == 404 ? GNP_NOT_FOUND : GNP_INTERNAL;
+	return GNP_INTERNAL;
+}
+
+static gnp_status status_of(const char *code, long http)
+{
+	return *code || http != 404 ? gnp_http_status_of(code) : GNP_NOT_FOUND;
 }
 
 gnp_status gnp_http_failure(const char *url, long code, const struct gnp_buffer *body, struct gnp_error *error)
 {
 	char text[256], name[48], id[80], quoted[120];
-	json_string(body, "error", text, sizeof text);
-	json_string(body, "code", name, sizeof name);
-	json_string(body, "request_id", id, sizeof id);
+	gnp_http_json_string(body, "error", text, sizeof text);
+	gnp_http_json_string(body, "code", name, sizeof name);
+	gnp_http_json_string(body, "request_id", id, sizeof id);
 	if (text[0])
 		return gnp_error_set(error, status_of(name, code), "%s (HTTP %ld%s%s)", text, code, id[0] ? ", request " : "", id);
 	size_t length = body->size < sizeof quoted - 1 ? body->size : sizeof quoted - 1;
@@ -123,32 +127,31 @@ gnp_status gnp_http_check_key(const char *key, struct gnp_error *error)
 	return GNP_OK;
 }
 
-/* Appends "name: value"; false, the list freed, when memory is exhausted. */
+/* Appends "name: value", or nothing where there is no value; false when memory is exhausted. */
 static bool add_header(struct curl_slist **headers, const char *name, const char *value)
 {
 	char line[KEY_MAX + 64];
-	snprintf(line, sizeof line, *value ? "%s: %s" : "%s:", name, value);
-	struct curl_slist *more = curl_slist_append(*headers, line);
-	if (more) {
-		*headers = more;
+	if (!value)
 		return true;
-	}
-	curl_slist_free_all(*headers);
-	*headers = NULL;
-	return false;
+	snprintf(line, sizeof line, "%s:%s%s", name, *value ? " " : "", value);
+	struct curl_slist *more = curl_slist_append(*headers, line);
+	if (more)
+		*headers = more;
+	return more != NULL;
 }
 
+/* Waiting for "100 Continue" would cost up to a second with a server that does not send it. */
 static struct curl_slist *headers_of(const struct gnp_http_request *request)
 {
 	char bearer[KEY_MAX + 8];
 	struct curl_slist *headers = NULL;
-	snprintf(bearer, sizeof bearer, "Bearer %s", request->key ? request->key : "");
-	/* Waiting for "100 Continue" would cost up to a second with a server that does not send it. */
-	bool good = add_header(&headers, "Content-Type", request->content_type) && add_header(&headers, "Accept", request->accept) &&
-	            add_header(&headers, "Expect", "");
-	if (good && request->key && *request->key)
-		add_header(&headers, "Authorization", bearer);
-	return headers;
+	bool keyed = request->key && *request->key;
+	snprintf(bearer, sizeof bearer, "Bearer %s", keyed ? request->key : "");
+	if (add_header(&headers, "Expect", "") && add_header(&headers, "Content-Type", request->content_type) &&
+	    add_header(&headers, "Accept", request->accept) && add_header(&headers, "Authorization", keyed ? bearer : NULL))
+		return headers;
+	curl_slist_free_all(headers);
+	return NULL;
 }
 
 static void set_options(CURL *easy, const struct gnp_http_request *request, struct exchange *exchange, char *reason)
@@ -162,9 +165,13 @@ static void set_options(CURL *easy, const struct gnp_http_request *request, stru
 	curl_easy_setopt(easy, CURLOPT_ERRORBUFFER, reason);
 	curl_easy_setopt(easy, CURLOPT_CONNECTTIMEOUT, 10L);
 	curl_easy_setopt(easy, CURLOPT_TIMEOUT_MS, (long)(1000 * request->timeout));
-	curl_easy_setopt(easy, CURLOPT_POST, 1L);
-	curl_easy_setopt(easy, CURLOPT_POSTFIELDS, request->body);
-	curl_easy_setopt(easy, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)request->size);
+	if (request->method) {
+		curl_easy_setopt(easy, CURLOPT_CUSTOMREQUEST, request->method);
+	} else {
+		curl_easy_setopt(easy, CURLOPT_POST, 1L);
+		curl_easy_setopt(easy, CURLOPT_POSTFIELDS, request->body);
+		curl_easy_setopt(easy, CURLOPT_POSTFIELDSIZE_LARGE, (curl_off_t)request->size);
+	}
 	curl_easy_setopt(easy, CURLOPT_WRITEFUNCTION, take_body);
 	curl_easy_setopt(easy, CURLOPT_WRITEDATA, exchange);
 	curl_easy_setopt(easy, CURLOPT_NOPROGRESS, 0L);
@@ -182,10 +189,10 @@ static gnp_status judge(CURL *easy, CURLcode result, const struct gnp_http_reque
 	if (exchange->status != GNP_OK)
 		return gnp_error_set(error, exchange->status, "answer: no memory for more than %zu bytes", exchange->body.size);
 	curl_easy_getinfo(easy, CURLINFO_RESPONSE_CODE, &code);
-	if (result == CURLE_OK && code == 200)
+	if (result == CURLE_OK && code / 100 == 2)
 		return GNP_OK;
 	/* A server may answer, for example 413, before it has read everything: the answer counts, not the broken pipe. */
-	if (code && code != 200)
+	if (code && code / 100 != 2)
 		return gnp_http_failure(request->url, code, &exchange->body, error);
 	if (result == CURLE_OPERATION_TIMEDOUT)
 		return gnp_error_set(error, GNP_DEADLINE, "%.120s: %s", request->url, reason[0] ? reason : curl_easy_strerror(result));

@@ -9,8 +9,9 @@
 #include "status.h"
 
 struct gnp_http_request {
+	const char *method;       /* NULL: POST */
 	const char *url;          /* complete, query string included */
-	const char *content_type, *accept;
+	const char *content_type, *accept; /* NULL: none is sent */
 	const char *key;          /* of the server's; NULL or "": none is sent */
 	const char *cacert;       /* file of certificates that are trusted instead of the system's; NULL: the system's */
 	const void *body;
@@ -18,8 +19,8 @@ struct gnp_http_request {
 	double timeout;           /* seconds for the whole exchange, 0: none */
 };
 
-/* Posts the body and moves the answer into *response (empty on entry). Cancelled within a tenth of a second through progress->task, which
- * also shows how far the transfer is. An answer other than 200 is a failure: its status and text are the server's, with the
+/* Sends the body and moves the answer into *response (empty on entry). Cancelled within a tenth of a second through progress->task, which
+ * also shows how far the transfer is. An answer other than 2xx is a failure: its status and text are the server's, with the
  * HTTP code and request id. No answer at all: GNP_IO naming the URL and the reason; too slow: GNP_DEADLINE. */
 gnp_status gnp_http_post(const struct gnp_http_request *request, struct gnp_progress *progress,
                          struct gnp_buffer *response, struct gnp_error *error);
@@ -29,6 +30,12 @@ gnp_status gnp_http_check_key(const char *key, struct gnp_error *error);
 
 /* Appends text to the buffer with everything but letters, digits, '-', '.', '_', '~' and ',' percent-encoded. */
 gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct gnp_error *error);
+
+/* The string value of a key of a JSON object, the first there is at any depth, with one-character escapes undone; empty without. */
+void gnp_http_json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size);
+
+/* The status of that wire name; GNP_INTERNAL where there is none. */
+gnp_status gnp_http_status_of(const char *code);
 
 /* The status and text of an error body {"error","code","request_id"}; any other body is quoted as it is, cut short. */
 gnp_status gnp_http_failure(const char *url, long code, const struct gnp_buffer *body, struct gnp_error *error);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "conformal.h"
+#include "flow_checkpoint.h"
 #include "flow_result.h"
 #include "flow_settle.h"
 #include "model.h"
@@ -51,6 +52,10 @@ struct flow {
 	size_t unsorted;                  /* points inserted since the points were put in curve order */
 	double time;                      /* of the state [length^2] */
 	double clock;                     /* when the row before was made */
+	size_t cloud_count;
+	const struct gnp_checkpoint *checkpoint; /* NULL: none is kept */
+	double keep_after;                /* gnp_clock() */
+	size_t kept;                      /* the step that was kept last */
 	struct gnp_flow result;
 };
 
@@ -213,19 +218,61 @@ static gnp_status advance(struct flow *flow, size_t step, bool *stopped, struct 
 	return record(flow, step, &moved, error);
 }
 
+/* ---- Checkpoints ---- */
+
+/* Of the time a flow takes, at most a tenth goes into checkpoints, unless one is wanted of every step. */
+static const double COST = 10;
+
+static struct gnp_flow_middle middle_of(struct flow *flow)
+{
+	return (struct gnp_flow_middle){.now = &flow->now, .result = &flow->result, .cloud_count = flow->cloud_count,
+	                                .steps_most = (size_t)flow->options->steps, .conformal = flow->conformal != NULL, .time = &flow->time,
+	                                .dt = &flow->move.dt, .unsorted = &flow->unsorted};
+}
+
+/* The flow goes on without, where it cannot be kept. */
+static void keep(struct flow *flow)
+{
+	struct gnp_flow_middle middle = middle_of(flow);
+	double begun = gnp_clock();
+	if (!flow->checkpoint || flow->kept == flow->result.steps)
+		return;
+	if (gnp_flow_checkpoint_save(&middle, flow->checkpoint, NULL) == GNP_OK)
+		flow->kept = flow->result.steps;
+	double now = gnp_clock();
+	flow->keep_after = flow->checkpoint->seconds > 0 ? now + fmax(flow->checkpoint->seconds, COST * (now - begun)) : now;
+}
+
+/* From the start to where it was kept; what is not this flow's is left aside. */
+static void take_up(struct flow *flow)
+{
+	struct gnp_flow_middle middle = middle_of(flow);
+	if (!flow->checkpoint)
+		return;
+	flow->keep_after = gnp_clock() + flow->checkpoint->seconds;
+	if (flow->checkpoint->kept && gnp_flow_checkpoint_load(&middle, flow->checkpoint->kept, flow->checkpoint->size, NULL) == GNP_OK)
+		flow->kept = flow->result.steps;
+	flow->clock = gnp_clock();
+}
+
 static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 {
 	size_t steps = (size_t)flow->options->steps;
 	gnp_task_stage(flow->task, GNP_STAGE_FLOW, steps);
-	for (size_t step = 1; step <= steps; step++) {
+	gnp_task_advance(flow->task, flow->result.steps);
+	for (size_t step = flow->result.steps + 1; step <= steps; step++) {
 		bool stopped = !may_go_on(flow);
 		gnp_status status = stopped ? GNP_OK : advance(flow, step, &stopped, error);
 		if (status == GNP_OK && stopped && step == 1)
 			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "flow: no step can be taken (%s): %s", gnp_flow_stop_name(flow->result.stop),
 			                       flow->result.reason);
+		if (status == GNP_DRAINING)
+			keep(flow);
 		if (status != GNP_OK || stopped)
 			return status;
 		gnp_task_advance(flow->task, 1);
+		if (flow->checkpoint && gnp_clock() >= flow->keep_after)
+			keep(flow);
 	}
 	stop(flow, GNP_FLOW_STEPS, "all %zu steps were taken", steps);
 	return GNP_OK;
@@ -328,12 +375,22 @@ static gnp_status finish(struct flow *flow, struct gnp_error *error)
 gnp_status gnp_flow_run(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
                         struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out, struct gnp_error *error)
 {
-	struct flow flow = {.options = options, .pool = pool, .task = task, .clock = gnp_clock()};
+	return gnp_flow_run_kept(cloud, fixed, options, NULL, pool, task, out, error);
+}
+
+gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
+                             const struct gnp_checkpoint *checkpoint, struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out,
+                             struct gnp_error *error)
+{
+	struct flow flow = {.options = options, .pool = pool, .task = task, .clock = gnp_clock(), .cloud_count = cloud->count,
+	                    .checkpoint = checkpoint};
 	gnp_status status = gnp_flow_check(options, cloud, error);
 	if (status == GNP_OK)
 		status = gnp_cloud_check(cloud, gnp_flow_least_points(options), error);
 	if (status == GNP_OK)
 		status = begin(&flow, cloud, fixed, error);
+	if (status == GNP_OK)
+		take_up(&flow);
 	if (status == GNP_OK)
 		status = take_steps(&flow, error);
 	if (status == GNP_OK)

@@ -11,6 +11,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "checkpoint.h"
 #include "estimate.h"
 
 enum gnp_flow_scheme {
@@ -99,6 +100,12 @@ struct gnp_flow {
  * worker count. On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_flow_run(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
                         struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out, struct gnp_error *error);
+/* The same for a flow that outlives its process: between steps it is handed to checkpoint (may be NULL) now and then, and when it is
+ * stopped with GNP_DRAINING; it goes on from what was kept if that is of the same flow, else begins at its start. The result is that
+ * of a flow that was never interrupted, but for the seconds of the records. */
+gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
+                             const struct gnp_checkpoint *checkpoint, struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out,
+                             struct gnp_error *error);
 void gnp_flow_clear(struct gnp_flow *flow);
 
 /* Peak bytes gnp_flow_run may allocate for count points, for admission control. */

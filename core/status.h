@@ -17,8 +17,11 @@
 	X(GNP_METHOD_NOT_ALLOWED, "method_not_allowed", 405, "the method is not allowed here")       \
 	X(GNP_NOT_ACCEPTABLE, "not_acceptable", 406, "the answer has no form of the requested type") \
 	X(GNP_CLIENT_TIMEOUT, "client_timeout", 408, "the client sent its request too slowly")       \
+	X(GNP_CONFLICT, "conflict", 409, "the request conflicts with an earlier one")                \
+	X(GNP_GONE, "gone", 410, "the thing is there no longer")                                     \
 	X(GNP_TOO_LARGE, "too_large", 413, "the request is over a limit")                            \
 	X(GNP_UNSUPPORTED_MEDIA, "unsupported_media", 415, "the body's format is not supported")     \
+	X(GNP_RANGE, "range_not_satisfiable", 416, "the range lies outside of the thing")            \
 	X(GNP_DEGENERATE, "degenerate_geometry", 422, "the points do not determine a surface")       \
 	X(GNP_SINGULAR, "singular_system", 422, "the linear system is singular")                     \
 	X(GNP_NO_CONVERGENCE, "no_convergence", 422, "the iteration did not converge")               \
@@ -29,7 +32,9 @@
 	X(GNP_OUT_OF_MEMORY, "out_of_memory", 503, "memory is exhausted")                            \
 	X(GNP_OVERLOADED, "overloaded", 503, "the server is at its limit, try again later")          \
 	X(GNP_DRAINING, "draining", 503, "the server is shutting down")                              \
-	X(GNP_DEADLINE, "deadline_exceeded", 504, "the work took longer than its time limit")
+	X(GNP_STORAGE, "storage", 503, "the disk does not do its work")                              \
+	X(GNP_DEADLINE, "deadline_exceeded", 504, "the work took longer than its time limit")        \
+	X(GNP_NO_SPACE, "no_space", 507, "there is no room to store it")
 
 typedef enum gnp_status {
 #define GNP_STATUS_ENUM(id, name, http, text) id,

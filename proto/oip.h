@@ -12,6 +12,10 @@
 /* Parses the text of an Inference-Header-Content-Length header against the (decompressed) body size. */
 gnp_status gnp_oip_header_length(const char *text, size_t body_size, size_t *header_length, struct gnp_error *error);
 
+/* Whether the text is an object with a member "inputs", which tells a request of the protocol from a cloud in JSON. Looks no deeper, so
+ * that what is wrong with the rest is for gnp_oip_decode_request to say. */
+bool gnp_oip_is_request(const unsigned char *body, size_t size);
+
 /* Decodes an infer request. header_length 0: the whole body is raw FP32 `points` (n, 3). Binary tensors borrow from body,
  * which must outlive request (misaligned ones are copied). On failure *request is unchanged. */
 gnp_status gnp_oip_decode_request(const unsigned char *body, size_t size, size_t header_length,

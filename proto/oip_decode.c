@@ -160,3 +160,38 @@ gnp_status gnp_oip_decode_response(const unsigned char *body, size_t size, size_
 		gnp_response_clear(&made);
 	return status;
 }
+
+/* After a string that begins at text[at], or size. */
+static size_t skip_string(const unsigned char *text, size_t size, size_t at)
+{
+	for (at++; at < size && text[at] != '"'; at++)
+		at += text[at] == '\\';
+	return at < size ? at + 1 : size;
+}
+
+bool gnp_oip_is_request(const unsigned char *body, size_t size)
+{
+	static const char member[] = "\"inputs\"";
+	size_t depth = 0, at = 0;
+	while (at < size) {
+		unsigned char c = body[at];
+		if (c == '"') {
+			size_t end = skip_string(body, size, at), after = end;
+			while (after < size && (body[after] == ' ' || body[after] == '\t' || body[after] == '\r' || body[after] == '\n'))
+				after++;
+			if (depth == 1 && after < size && body[after] == ':' && end - at == sizeof member - 1 &&
+			    memcmp(body + at, member, sizeof member - 1) == 0)
+				return true;
+			at = end;
+			continue;
+		}
+		if (depth == 0 && c != '{' && c != ' ' && c != '\t' && c != '\r' && c != '\n')
+			return false;
+		depth += c == '{' || c == '[';
+		depth -= c == '}' || c == ']';
+		if (depth == 0 && c == '}')
+			return false; /* the object is over */
+		at++;
+	}
+	return false;
+}

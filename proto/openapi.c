@@ -178,6 +178,12 @@ static void put_description(struct writer *w, const struct gnp_operation *operat
 	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs, operation->output_count);
 }
 
+static void put_timeout(struct writer *w)
+{
+	PUT(w, "        - {name: timeout, in: query, description: 'most time for the work, such as 30s or 500ms; never more than the server allows', "
+	       "schema: {type: string}}\n");
+}
+
 static void put_file_operation(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: ", operation->name, operation->name);
@@ -194,7 +200,9 @@ static void put_file_operation(struct writer *w, const struct gnp_operation *ope
 			first = 0;
 		}
 	}
-	PUT(w, "]}\n      requestBody:\n        required: true\n        content:\n");
+	PUT(w, "]}\n");
+	put_timeout(w);
+	PUT(w, "      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
 	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a comment left_out names those that a format made of rows cannot hold'\n          content:\n");
 	put_media_types(w, false, "            ");
@@ -221,6 +229,82 @@ static void put_infer_operation(struct writer *w, const struct gnp_operation *op
 	       "        default: {$ref: '#/components/responses/Error'}\n", operation->name);
 }
 
+/* ---- Jobs ---- */
+
+static void put_job_operation(struct writer *w, const struct gnp_operation *operation)
+{
+	PUT(w, "  /v1/jobs/%s:\n    post:\n      operationId: submit_%s\n      summary: ", operation->name, operation->name);
+	put_quoted(w, operation->help);
+	PUT(w, "\n      description: 'As a job: takes the query and body of /v1/%s, or the body of /v2/models/%s/infer where "
+	       "Inference-Header-Content-Length is there or an application/json body has \"inputs\".'\n      parameters:\n"
+	       "        - {name: Idempotency-Key, in: header, description: 'the same key with the same request is the same job', "
+	       "schema: {type: string, minLength: 1, maxLength: 128}}\n",
+	    operation->name, operation->name);
+	put_query(w, operation);
+	put_timeout(w);
+	PUT(w, "      requestBody:\n        required: true\n        content:\n");
+	put_media_types(w, true, "          ");
+	PUT(w, "      responses:\n"
+	       "        '202': {description: 'the job, which is on disk; Location and Retry-After', content: {application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
+	       "        '200': {description: 'the job the Idempotency-Key had made', content: {application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
+	       "        '409': {description: 'the Idempotency-Key is that of another request', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
+	       "        '507': {description: 'the store of jobs is full', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n");
+}
+
+#define JOB "application/json: {schema: {$ref: '#/components/schemas/job'}}"
+#define ID "        - {name: id, in: path, required: true, schema: {type: string}}\n"
+#define STATES "[queued, running, succeeded, failed, cancelled, expired]"
+
+static void put_job_paths(struct writer *w)
+{
+	PUT(w, "  /v1/jobs:\n    get:\n      operationId: list_jobs\n      summary: 'the jobs of the caller, newest first'\n      parameters:\n"
+	       "        - {name: state, in: query, schema: {type: string, enum: " STATES "}}\n"
+	       "        - {name: operation, in: query, schema: {type: string}}\n"
+	       "        - {name: limit, in: query, schema: {type: integer, minimum: 1, maximum: 1000, default: 100}}\n"
+	       "        - {name: after, in: query, description: 'older than this job', schema: {type: string}}\n"
+	       "      responses:\n        '200':\n          description: 'done'\n          content:\n            application/json:\n"
+	       "              schema:\n                type: object\n                properties:\n"
+	       "                  jobs: {type: array, items: {$ref: '#/components/schemas/job'}}\n"
+	       "                  more: {type: boolean}\n                  next: {type: string, nullable: true}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n");
+	PUT(w, "  /v1/jobs/{id}:\n    get:\n      operationId: job\n      summary: 'a job as it is now, or when it is over'\n      parameters:\n" ID
+	       "        - {name: wait, in: query, description: 'wait so long for its end, such as 30s', schema: {type: string}}\n"
+	       "      responses:\n        '200': {description: 'the job', content: {" JOB "}}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n"
+	       "    delete:\n      operationId: delete_job\n      summary: 'cancels a job that waits or runs, removes one that is over'\n"
+	       "      parameters:\n" ID "      responses:\n        '200': {description: 'it is cancelled', content: {" JOB "}}\n"
+	       "        '202': {description: 'it is being cancelled', content: {" JOB "}}\n        '204': {description: 'it is removed'}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n");
+	PUT(w, "  /v1/jobs/{id}/events:\n    get:\n      operationId: job_events\n"
+	       "      summary: 'server-sent events state and progress, each with the job, until it is over'\n      parameters:\n" ID
+	       "      responses:\n        '200': {description: 'the stream', content: {text/event-stream: {}}}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n"
+	       "  /v1/jobs/{id}/result:\n    get:\n      operationId: job_result\n"
+	       "      summary: 'the answer, as the call itself would have given it'\n      parameters:\n" ID
+	       "        - {name: Range, in: header, description: 'one range of bytes', schema: {type: string}}\n"
+	       "        - {name: If-Range, in: header, schema: {type: string}}\n"
+	       "      responses:\n        '200': {description: 'the answer, with an ETag', content: {'*/*': {}}}\n"
+	       "        '206': {description: 'the part asked for', content: {'*/*': {}}}\n"
+	       "        '409': {description: 'it is not over yet', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
+	       "        '410': {description: 'it was cancelled, or has expired', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
+	       "        default: {$ref: '#/components/responses/Error'}\n");
+}
+
+static void put_job_schema(struct writer *w)
+{
+	PUT(w, "    job:\n      type: object\n      required: [id, operation, state, created]\n      properties:\n"
+	       "        id: {type: string}\n        operation: {type: string}\n        state: {type: string, enum: " STATES "}\n"
+	       "        created: {type: string, format: date-time}\n        started: {type: string, format: date-time, nullable: true}\n"
+	       "        finished: {type: string, format: date-time, nullable: true}\n"
+	       "        progress:\n          type: object\n          properties:\n            fraction: {type: number, minimum: 0, maximum: 1}\n"
+	       "            stage: {type: string}\n            step: {type: integer}\n            steps: {type: integer}\n"
+	       "            eta_seconds: {type: number, nullable: true}\n"
+	       "        error: {type: object, properties: {code: {type: string}, text: {type: string}}}\n"
+	       "        result: {type: object, properties: {bytes: {type: integer}, content_type: {type: string}, href: {type: string}, "
+	       "sha256: {type: string}}}\n");
+}
+
 static void put_request_schema(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "    %s_request:\n      type: object\n      required: [inputs]\n      properties:\n"
@@ -232,7 +316,8 @@ static void put_request_schema(struct writer *w, const struct gnp_operation *ope
 		PUT(w, "%s%s", i ? ", " : "", operation->outputs[i].name);
 	PUT(w, "]}\n              parameters: {type: object, properties: {binary_data: {type: boolean}}}\n"
 	       "        parameters:\n          type: object\n          properties:\n"
-	       "            binary_data_output: {type: boolean, default: false}\n");
+	       "            binary_data_output: {type: boolean, default: false}\n"
+	       "            timeout: {type: integer, minimum: 0, description: 'most microseconds for the work; 0: as many as the server allows'}\n");
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		PUT(w, "            %s: ", operation->parameters[i].name);
 		put_schema(w, operation, &operation->parameters[i]);
@@ -320,8 +405,10 @@ gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error)
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++) {
 		put_file_operation(&w, operation);
 		put_infer_operation(&w, operation);
+		put_job_operation(&w, operation);
 		put_model_paths(&w, operation);
 	}
+	put_job_paths(&w);
 	put_fixed_paths(&w);
 	put_admin_paths(&w);
 	PUT(&w, "security: [{}, {bearer: []}, {key: []}]\n"
@@ -330,6 +417,7 @@ gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error)
 	        "        application/json: {schema: {$ref: '#/components/schemas/error'}}\n  schemas:\n");
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
 		put_request_schema(&w, operation);
+	put_job_schema(&w);
 	put_shared_schemas(&w);
 	return w.status;
 }

@@ -8,6 +8,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "checkpoint.h"
 #include "message.h"
 #include "models.h"
 #include "pool.h"
@@ -73,6 +74,7 @@ struct gnp_call {
 	size_t memory;  /* estimate of the bytes the work needs */
 	const struct gnp_models *models; /* those loaded */
 	struct gnp_prepared_cache *cache; /* where prepared operators are kept; NULL: nowhere */
+	const struct gnp_checkpoint *checkpoint; /* for work that can be taken up again; NULL: none. gnp_call_prepare leaves NULL */
 	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
 };
 

@@ -212,7 +212,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	if (status != GNP_OK)
 		goto done;
 	struct gnp_cloud cloud = {input.count, input.points, input.normals};
-	status = gnp_flow_run(&cloud, fixed, &o->core, pool, task, &flow, error);
+	status = gnp_flow_run_kept(&cloud, fixed, &o->core, call->checkpoint, pool, task, &flow, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(&flow, &o->core, task, &response->parameters, error);

@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "job_store.h"
 #include "listen.h"
 
 enum kind { TEXT, FLAG, COUNT, BYTES, SECONDS, CHOICE };
@@ -61,6 +62,19 @@ static const struct field fields[] = {
 	{"work-seconds", SECONDS, FIELD(work_seconds), "300", 0.01, 86400, "from the end of the body to the answer"},
 	{"drain-seconds", SECONDS, FIELD(drain_seconds), "30", 0, 86400, "for running work after SIGTERM"},
 	{"retry-after-seconds", SECONDS, FIELD(retry_after_seconds), "1", 1, 86400, "what a 503 tells the client"},
+	{"jobs-dir", TEXT, FIELD(jobs_dir), "", 0, 0, "directory jobs are kept in; none: a temporary one, and they end with the process"},
+	{"job-runners", COUNT, FIELD(job_runners), "2", 1, 1024, "jobs computed at once"},
+	{"jobs-count", COUNT, FIELD(jobs_count), "1000", 1, 1000000, "jobs kept, those that are over among them"},
+	{"jobs-bytes", BYTES, FIELD(jobs_bytes), "16G", 1024, 1024 * TIB, "bodies, checkpoints and results of all jobs kept"},
+	{"jobs-memory-bytes", BYTES, FIELD(jobs_memory_bytes), "0", 0, 64 * TIB, "of queue-bytes, what jobs that run may hold; 0: three quarters"},
+	{"jobs-queue-count", COUNT, FIELD(jobs_queue_count), "200", 1, 1000000, "jobs that may wait"},
+	{"jobs-watch-count", COUNT, FIELD(jobs_watch_count), "400", 1, 65536, "requests that may wait for a job to change"},
+	{"jobs-attempts", COUNT, FIELD(jobs_attempts), "3", 1, 1000, "runs of a job that the process may end in"},
+	{"jobs-seconds", SECONDS, FIELD(jobs_seconds), "86400", 0.01, 31536000, "for a run of a job"},
+	{"jobs-ttl-seconds", SECONDS, FIELD(jobs_ttl_seconds), "86400", 0.01, 315360000, "before a job that is over expires, and again before it is forgotten"},
+	{"jobs-wait-seconds", SECONDS, FIELD(jobs_wait_seconds), "60", 0, 3600, "most of ?wait="},
+	{"jobs-heartbeat-seconds", SECONDS, FIELD(jobs_heartbeat_seconds), "5", 0.1, 3600, "between signs of life in a stream of events"},
+	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400, "least between two checkpoints of a job; 0: one after every step"},
 	{"log-format", CHOICE, FIELD(log_format), "text", 0, 0, "text or json"},
 	{"log-level", CHOICE, FIELD(log_level), "info", 0, 0, "error, warning, info or debug: what is no less grave is logged"},
 	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
@@ -379,7 +393,7 @@ static gnp_status check_machine(const struct gnpd_config *config, struct gnp_err
 		return gnp_error_set(error, GNP_IO, "weights-dir: %s: %s", directory, strerror(errno));
 	if (*directory && !S_ISDIR(information.st_mode))
 		return gnp_error_set(error, GNP_IO, "weights-dir: %s: not a directory", directory);
-	return GNP_OK;
+	return *config->jobs_dir ? gnpd_job_store_check(config->jobs_dir, error) : GNP_OK;
 }
 
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,

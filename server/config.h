@@ -50,6 +50,19 @@ struct gnpd_config {
 	double work_seconds;                /* from the end of the body to the answer, waiting included */
 	double drain_seconds;               /* for running work after SIGTERM */
 	double retry_after_seconds;         /* what a 503 tells the client */
+	char jobs_dir[GNPD_CONFIG_TEXT];    /* "": jobs do not survive the process */
+	size_t job_runners;                 /* jobs that run at once */
+	size_t jobs_count;                  /* jobs kept, those that are over among them */
+	size_t jobs_bytes;                  /* of their bodies, checkpoints and results */
+	size_t jobs_memory_bytes;           /* of queue_bytes that jobs may hold; 0: three quarters */
+	size_t jobs_queue_count;            /* jobs that may wait for a runner */
+	size_t jobs_watch_count;            /* requests that may wait for a job to change */
+	size_t jobs_attempts;               /* runs of a job that the process may end in */
+	double jobs_seconds;                /* a run of a job */
+	double jobs_ttl_seconds;            /* before a job that is over expires, and again before it is forgotten */
+	double jobs_wait_seconds;           /* of a long poll */
+	double jobs_heartbeat_seconds;      /* between signs of life in a stream of events */
+	double jobs_checkpoint_seconds;     /* between two checkpoints of a job */
 	int log_format;                     /* enum gnpd_log_format */
 	int log_level;                      /* enum gnpd_log_level at the start */
 	bool access_log;
@@ -68,7 +81,8 @@ gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, s
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory). */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, jobs_dir one that can be
+ * written to). */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
                             enum gnpd_config_action *action, struct gnp_error *error);
 

@@ -62,6 +62,7 @@ static void catch_signals(void)
 	sigaction(SIGINT, &action, NULL);
 	sigaction(SIGHUP, &action, NULL);
 	signal(SIGPIPE, SIG_IGN);
+	signal(SIGXFSZ, SIG_IGN); /* a file over its limit is a write that fails */
 }
 
 /* A request takes and frees tens of megabytes: what goes back to the kernel comes again a zeroed page at a time, which costs
@@ -77,14 +78,14 @@ static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
 {
 	enum { OTHER_FILES = 64 };
 	struct rlimit limit;
-	rlim_t need = connections + OTHER_FILES;
-	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= need)
+	rlim_t need = connections + OTHER_FILES, better = 2 * connections + OTHER_FILES; /* results of jobs are sent from their files */
+	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= better)
 		return GNP_OK;
 	if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < need)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "max-connections: got %zu, need at most %llu: the process may open "
 		                     "%llu files (ulimit -n)", connections, (unsigned long long)limit.rlim_max - OTHER_FILES,
 		                     (unsigned long long)limit.rlim_max);
-	limit.rlim_cur = need;
+	limit.rlim_cur = limit.rlim_max == RLIM_INFINITY || limit.rlim_max > better ? better : limit.rlim_max;
 	if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
 		return gnp_error_set(error, GNP_IO, "open files: %s", strerror(errno));
 	return GNP_OK;
@@ -148,6 +149,8 @@ static void drain(struct gnpd_server *server)
 	atomic_store(&server->draining, true);
 	gnpd_notify_stopping(server->notify, server->config->drain_seconds + last_words);
 	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
+	gnpd_jobs_park(server->jobs);
+	gnpd_watchers_end(server->watchers);
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
 	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
@@ -159,6 +162,8 @@ static void drain(struct gnpd_server *server)
 static void end_work(struct gnpd_server *server)
 {
 	gnpd_queue_close(server->queue);
+	gnpd_jobs_park(server->jobs);
+	gnpd_watchers_end(server->watchers);
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
 	while (atomic_load(&server->suspended) > 0)
 		usleep(1000);
@@ -167,7 +172,9 @@ static void end_work(struct gnpd_server *server)
 static gnp_status serve(struct gnpd_server *server, const struct gnpd_inherited *inherited, struct gnp_error *error)
 {
 	struct gnpd_listeners listeners;
-	gnp_status status = gnpd_listeners_start_take(server, inherited, &listeners, error);
+	gnp_status status = gnpd_jobs_start(server->jobs, error);
+	if (status == GNP_OK)
+		status = gnpd_listeners_start_take(server, inherited, &listeners, error);
 	if (status != GNP_OK)
 		return status;
 	gnpd_log_event(&server->log, "info", "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
@@ -197,6 +204,16 @@ static gnp_status load_secrets(struct gnpd_server *server, struct gnp_error *err
 	return status;
 }
 
+/* Requests at the desk are bounded by the connections and by queue-bytes. */
+static gnp_status start_jobs(struct gnpd_server *server, struct gnp_error *error)
+{
+	enum { CLERKS = 2 };
+	gnp_status status = gnpd_queue_create(CLERKS, server->config->max_connections, 1, &server->desk, error);
+	if (status == GNP_OK)
+		status = gnpd_watchers_create(server, &server->watchers, error);
+	return status == GNP_OK ? gnpd_jobs_create(server, &server->jobs, error) : status;
+}
+
 static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 {
 	struct gnpd_server server = {.config = config};
@@ -224,6 +241,8 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = gnpd_queue_create(config->runners, config->queue_count, config->queue_bytes, &server.queue, error);
 	if (status == GNP_OK)
+		status = start_jobs(&server, error);
+	if (status == GNP_OK)
 		status = gnpd_reaper_create(&server, &server.reaper, error);
 	if (status == GNP_OK)
 		status = gnpd_reloader_create(&server, &server.reloader, error);
@@ -231,6 +250,9 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 		status = serve(&server, &inherited, error);
 	gnpd_reloader_free(server.reloader);
 	gnpd_reaper_free(server.reaper);
+	gnpd_queue_free(server.desk);
+	gnpd_jobs_free(server.jobs);
+	gnpd_watchers_free(server.watchers);
 	gnpd_queue_free(server.queue);
 	gnp_prepared_cache_free(server.cache);
 	gnpd_loader_free(server.loader);

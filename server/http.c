@@ -3,6 +3,7 @@
 #include <arpa/inet.h>
 #include <gnutls/abstract.h>
 #include <gnutls/gnutls.h>
+#include <math.h>
 #include <microhttpd.h>
 #include <netinet/in.h>
 #include <stdio.h>
@@ -13,6 +14,7 @@
 #include <unistd.h>
 
 #include "admit.h"
+#include "http_stream.h"
 #include "request.h"
 #include "routes.h"
 #include "strict.h"
@@ -37,7 +39,7 @@ static void log_request(const struct gnpd_request *request, double seconds)
 	const struct gnpd_access access = {
 		.id = request->id, .remote = gnpd_connection_remote(request->connection), .method = request->method,
 		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status), .status = request->reply.code,
-		.bytes_in = request->received, .bytes_out = gnpd_reply_size(request), .points = request->call.points,
+		.bytes_in = request->received, .bytes_out = gnpd_reply_size(&request->reply), .points = request->work.call.points,
 		.seconds = seconds, .waited = request->waited};
 	gnpd_log_access(&request->server->log, &access);
 }
@@ -52,13 +54,13 @@ static void finish_request(struct gnpd_request *request)
 		request->reply.code = gnp_status_http(request->status);
 	}
 	gnpd_metrics_request(&server->metrics, request->label, request->reply.code, seconds);
-	gnpd_metrics_stages(&server->metrics, &request->task);
+	gnpd_metrics_stages(&server->metrics, &request->work.task);
 	atomic_fetch_add(&server->metrics.bytes_in, request->received);
-	atomic_fetch_add(&server->metrics.bytes_out, gnpd_reply_size(request));
-	if (request->status == GNP_OK)
-		atomic_fetch_add(&server->metrics.points, request->call.points);
+	atomic_fetch_add(&server->metrics.bytes_out, gnpd_reply_size(&request->reply));
+	if (request->status == GNP_OK && request->route && request->route->work == GNPD_ON_RUNNER)
+		atomic_fetch_add(&server->metrics.points, request->work.call.points);
 	if (request->who)
-		gnpd_principal_count(request->who, request->reply.code, request->status == GNP_OK ? request->call.points : 0);
+		gnpd_principal_count(request->who, request->reply.code, request->status == GNP_OK ? request->work.call.points : 0);
 	if (server->config->access_log)
 		log_request(request, seconds);
 	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_IDLE, NULL);
@@ -110,6 +112,12 @@ static void on_connection(void *context, struct MHD_Connection *http, void **slo
 static struct MHD_Response *make_response(struct gnpd_request *request)
 {
 	struct gnpd_reply *reply = &request->reply;
+	if (reply->stream)
+		return gnpd_http_stream_response(request);
+	if (reply->has_file) {
+		reply->has_file = false; /* the response closes it */
+		return MHD_create_response_from_fd_at_offset64(reply->file_size, reply->file, reply->file_offset);
+	}
 	if (reply->tail_count == 0)
 		return MHD_create_response_from_buffer(reply->body.size, reply->body.data, MHD_RESPMEM_PERSISTENT);
 	struct MHD_IoVec *pieces = calloc(reply->tail_count + 1, sizeof *pieces);
@@ -141,7 +149,7 @@ static enum MHD_Result send_reply(struct gnpd_request *request)
 		MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
 	request->step = GNPD_STEP_SENT;
 	gnpd_request_leave(request);
-	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_REPLY, request);
+	gnpd_connection_enter(request->server->reaper, request->connection, reply->stream ? GNPD_PHASE_STREAM : GNPD_PHASE_REPLY, request);
 	enum MHD_Result result = MHD_queue_response(request->http, (unsigned)reply->code, response);
 	MHD_destroy_response(response);
 	return result;
@@ -155,12 +163,12 @@ static enum MHD_Result send_error(struct gnpd_request *request, const struct gnp
 
 /* ---- work on a runner ---- */
 
-static void run_handler(struct gnpd_request *request)
+static void run_handler(struct gnpd_request *request, gnpd_handler handler)
 {
 	struct gnp_error error = {0};
-	gnp_status status = gnp_task_check(&request->task, &error);
+	gnp_status status = gnp_task_check(&request->work.task, &error);
 	if (status == GNP_OK)
-		status = request->route->handler(request, &error);
+		status = handler(request, &error);
 	if (status != GNP_OK) {
 		error.status = status;
 		gnpd_reply_error(request, &error);
@@ -177,13 +185,32 @@ static void resume(struct gnpd_request *request)
 	atomic_fetch_sub(&server->suspended, 1);
 }
 
-static void run_job(struct gnpd_job *job)
+static struct gnpd_queue *queue_of(const struct gnpd_request *request)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)job - offsetof(struct gnpd_request, job));
+	return request->route->work == GNPD_AT_DESK ? request->server->desk : request->server->queue;
+}
+
+static bool withdraw_from_queue(struct gnpd_request *request)
+{
+	return gnpd_queue_remove(queue_of(request), &request->queued);
+}
+
+static void run_queued(struct gnpd_queued *queued)
+{
+	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
 	request->waited = gnp_clock() - request->submitted;
-	run_handler(request);
-	gnp_task_stage(&request->task, GNP_STAGE_DONE, 0);
+	run_handler(request, request->route->handler);
+	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
 	resume(request);
+}
+
+/* The connection is out of the library's hands until resume. */
+static void suspend(struct gnpd_request *request)
+{
+	request->submitted = gnp_clock();
+	atomic_fetch_add(&request->server->suspended, 1);
+	MHD_suspend_connection(request->http);
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_WORK, request);
 }
 
 /* Suspends first: the runner may be done before submit returns. */
@@ -191,14 +218,17 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 {
 	struct gnpd_server *server = request->server;
 	struct gnp_error error = {0};
-	request->submitted = gnp_clock();
-	request->deadline = request->submitted + server->config->work_seconds;
-	request->job.run = run_job;
-	gnp_task_init(&request->task);
-	atomic_fetch_add(&server->suspended, 1);
-	MHD_suspend_connection(request->http);
-	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_WORK, request);
-	gnp_status status = gnpd_queue_submit(server->queue, &request->job, &error);
+	struct gnpd_work *work = &request->work;
+	request->queued.run = run_queued;
+	request->withdraw = withdraw_from_queue;
+	if (request->model)
+		work->operation = gnp_operation_find(request->model);
+	work->codec = gnpd_routes_codec(request->route);
+	gnp_task_init(&work->task);
+	gnpd_work_begin(work, server->config->work_seconds, work->codec == &gnpd_codec_file ? request->target.query : NULL);
+	work->query = request->target.query;
+	suspend(request);
+	gnp_status status = gnpd_queue_submit(queue_of(request), &request->queued, &error);
 	if (status == GNP_OK)
 		return MHD_YES;
 	gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
@@ -207,13 +237,44 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 	return MHD_YES;
 }
 
+/* ---- waiting for a job ---- */
+
+static void run_polled(struct gnpd_queued *queued)
+{
+	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
+	run_handler(request, gnpd_jobs_polled);
+	resume(request);
+}
+
+static void wake_poll(struct gnpd_watch *watch)
+{
+	struct gnpd_request *request = (struct gnpd_request *)((char *)watch - offsetof(struct gnpd_request, watch));
+	run_polled(&request->queued);
+}
+
+static bool withdraw_from_watchers(struct gnpd_request *request)
+{
+	return gnpd_watch_withdraw(&request->watch);
+}
+
+static enum MHD_Result begin_watch(struct gnpd_request *request)
+{
+	request->queued.run = run_polled;
+	request->withdraw = withdraw_from_watchers;
+	request->watch.wake = wake_poll;
+	atomic_store(&request->work.deadline, INFINITY);
+	suspend(request);
+	gnpd_watch_wait(&request->watch);
+	return MHD_YES;
+}
+
 /* ---- the body ---- */
 
 /* Refuses in the middle of the body: what was read is dropped, the rest is read and dropped as far as discard_bytes. */
 static void refuse_body(struct gnpd_request *request, const struct gnp_error *error)
 {
-	gnp_buffer_clear(&request->body);
-	gnpd_request_release(request, request->reserved);
+	gnp_buffer_clear(&request->work.body);
+	gnpd_work_release(&request->work, request->work.reserved);
 	gnpd_reply_error(request, error);
 	request->step = GNPD_STEP_DISCARD;
 }
@@ -222,13 +283,13 @@ static void refuse_body(struct gnpd_request *request, const struct gnp_error *er
 static gnp_status grow_body(struct gnpd_request *request, size_t size, struct gnp_error *error)
 {
 	enum { FIRST = 65536, TRUSTED = 1048576 };
-	struct gnp_buffer *body = &request->body;
+	struct gnp_buffer *body = &request->work.body;
 	size_t capacity = body->capacity ? 2 * body->capacity : FIRST;
 	if (request->has_length && (request->content_length <= TRUSTED || capacity > request->content_length))
 		capacity = request->content_length;
 	if (capacity < body->size + size)
 		capacity = body->size + size;
-	gnp_status status = gnpd_request_reserve(request, capacity - body->capacity, error);
+	gnp_status status = gnpd_work_reserve(&request->work, capacity - body->capacity, error);
 	if (status != GNP_OK)
 		return status;
 	unsigned char *data = realloc(body->data, capacity);
@@ -241,7 +302,7 @@ static gnp_status grow_body(struct gnpd_request *request, size_t size, struct gn
 
 static gnp_status append_body(struct gnpd_request *request, const char *data, size_t size, struct gnp_error *error)
 {
-	struct gnp_buffer *body = &request->body;
+	struct gnp_buffer *body = &request->work.body;
 	size_t limit = request->server->config->max_body_bytes;
 	if (size > limit - body->size) {
 		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_BODY_LIMIT);
@@ -294,7 +355,9 @@ static enum MHD_Result end_of_body(struct gnpd_request *request)
 		return send_reply(request);
 	if (request->route->work)
 		return begin_work(request);
-	run_handler(request);
+	run_handler(request, request->route->handler);
+	if (request->reply.code == 0 && request->watch.kind == GNPD_WATCH_POLL)
+		return begin_watch(request);
 	return send_reply(request);
 }
 
@@ -315,13 +378,21 @@ static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const c
 	if (!value)
 		return MHD_YES;
 	if (strcasecmp(name, "Content-Type") == 0)
-		request->content_type = value;
+		request->work.content_type = value;
 	else if (strcasecmp(name, "Content-Encoding") == 0)
-		request->content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
+		request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
 	else if (strcasecmp(name, "Accept") == 0)
-		request->accept = value;
+		request->work.accept = value;
 	else if (strcasecmp(name, "Inference-Header-Content-Length") == 0)
-		request->inference_length = value;
+		request->work.inference_length = value;
+	else if (strcasecmp(name, "Idempotency-Key") == 0)
+		request->idempotency_key = value;
+	else if (strcasecmp(name, "Range") == 0)
+		request->range = value;
+	else if (strcasecmp(name, "If-Range") == 0)
+		request->if_range = value;
+	else if (strcasecmp(name, "If-None-Match") == 0)
+		request->if_none_match = value;
 	else if (strcasecmp(name, "X-Request-Id") == 0)
 		walk->id = value;
 	else if (strcasecmp(name, "Authorization") == 0) {
@@ -339,6 +410,11 @@ static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const c
 	return MHD_YES;
 }
 
+static bool takes_body(const struct gnpd_request *request)
+{
+	return request->route->work != GNPD_AT_ONCE && strcmp(request->method, "POST") == 0;
+}
+
 /* What can be refused before the body is read. */
 static gnp_status check_admission(struct gnpd_request *request, struct gnp_error *error)
 {
@@ -350,7 +426,7 @@ static gnp_status check_admission(struct gnpd_request *request, struct gnp_error
 		return status;
 	if (!known)
 		return gnp_error_set(error, unmatched.status, "%s", unmatched.text);
-	if (!request->route->work)
+	if (!takes_body(request))
 		return GNP_OK;
 	if (atomic_load(&server->draining)) {
 		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
@@ -361,7 +437,7 @@ static gnp_status check_admission(struct gnpd_request *request, struct gnp_error
 		return gnp_error_set(error, GNP_TOO_LARGE, "body: got %zu bytes, need at most %zu", request->content_length,
 		                     server->config->max_body_bytes);
 	}
-	status = gnpd_queue_check(server->queue, error);
+	status = gnpd_queue_check(queue_of(request), error);
 	if (status != GNP_OK)
 		gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	return status;
@@ -388,7 +464,7 @@ static enum MHD_Result on_headers(struct gnpd_request *request, const char *meth
 	bool admitted = check_admission(request, &error) == GNP_OK;
 	bool unread = request->expects_continue || request->content_length > discard;
 	if (admitted) {
-		request->step = request->route->work ? GNPD_STEP_BODY : GNPD_STEP_DISCARD;
+		request->step = takes_body(request) ? GNPD_STEP_BODY : GNPD_STEP_DISCARD;
 		return MHD_YES;
 	}
 	if (unread)

@@ -6,13 +6,13 @@
 #include "config.h"
 #include "operation.h"
 
-static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 400, 401, 403, 404, 405, 406, 408,
-                                              409, 413, 415, 422, 429, 431, 499, 500, 503, 504};
+static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
+                                              409, 410, 413, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
 static const double bounds[GNPD_METRICS_BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                                     0.25,  0.5,    1,     2.5,  10,    60};
 static const char *const labels[GNPD_LABEL_OPERATION] = {
 	[GNPD_LABEL_OTHER] = "other", [GNPD_LABEL_HEALTH] = "health", [GNPD_LABEL_METRICS] = "metrics",
-	[GNPD_LABEL_OPENAPI] = "openapi", [GNPD_LABEL_METADATA] = "metadata", [GNPD_LABEL_ADMIN] = "admin"};
+	[GNPD_LABEL_OPENAPI] = "openapi", [GNPD_LABEL_METADATA] = "metadata", [GNPD_LABEL_ADMIN] = "admin", [GNPD_LABEL_JOBS] = "jobs"};
 static const char *const rejects[GNPD_REJECTS] = {
 	[GNPD_REJECT_FRAMING] = "framing", [GNPD_REJECT_BODY_LIMIT] = "body_limit",
 	[GNPD_REJECT_QUEUE_COUNT] = "queue_count", [GNPD_REJECT_QUEUE_BYTES] = "queue_bytes",
@@ -94,7 +94,7 @@ void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label lab
 {
 	*good = *bad = 0;
 	for (size_t i = 0; i < GNPD_METRICS_CODES; i++)
-		*(codes[i] < 300 ? good : bad) += atomic_load(&metrics->requests[label][i]);
+		*(codes[i] < 400 ? good : bad) += atomic_load(&metrics->requests[label][i]);
 	*nanoseconds = atomic_load(&metrics->nanoseconds[label]);
 }
 

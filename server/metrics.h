@@ -16,7 +16,7 @@
 
 /* What a request is counted as: one of these, or GNPD_LABEL_OPERATION + i for the i-th operation of the table. */
 enum gnpd_label {
-	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA, GNPD_LABEL_ADMIN,
+	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA, GNPD_LABEL_ADMIN, GNPD_LABEL_JOBS,
 	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + 11
 };
 
@@ -31,7 +31,7 @@ enum gnpd_cancel { GNPD_CANCEL_CLIENT_GONE, GNPD_CANCEL_DEADLINE, GNPD_CANCEL_SH
 
 enum gnpd_reload { GNPD_RELOAD_OK, GNPD_RELOAD_FAILED, GNPD_RELOADS };
 
-enum { GNPD_METRICS_CODES = 20, GNPD_METRICS_BUCKETS = 13 };
+enum { GNPD_METRICS_CODES = 25, GNPD_METRICS_BUCKETS = 13 };
 
 struct gnpd_metrics {
 	double started;    /* seconds since the epoch */
@@ -56,7 +56,7 @@ void gnpd_metrics_request(struct gnpd_metrics *metrics, enum gnpd_label label, i
 /* Adds the seconds of each stage of a finished task. */
 void gnpd_metrics_stages(struct gnpd_metrics *metrics, const struct gnp_task *task);
 
-/* Finished requests of a label with a 2xx code, and with another; nanoseconds of all. */
+/* Finished requests of a label with a code below 400, and with another; nanoseconds of all. */
 void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label label, uint64_t *good, uint64_t *bad,
                          uint64_t *nanoseconds);
 

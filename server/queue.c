@@ -6,7 +6,7 @@
 struct gnpd_queue {
 	pthread_mutex_t lock;
 	pthread_cond_t work;
-	struct gnpd_job *first, *last;
+	struct gnpd_queued *first, *last;
 	size_t waiting, running, bytes;
 	size_t count_max, bytes_max;
 	bool closed, stopping;
@@ -15,7 +15,7 @@ struct gnpd_queue {
 };
 
 /* Lock held. */
-static void unlink_job(struct gnpd_queue *queue, struct gnpd_job *job)
+static void unlink_job(struct gnpd_queue *queue, struct gnpd_queued *job)
 {
 	if (job->previous)
 		job->previous->next = job->next;
@@ -39,7 +39,7 @@ static void *runner_main(void *argument)
 			pthread_cond_wait(&queue->work, &queue->lock);
 		if (!queue->first)
 			break;
-		struct gnpd_job *job = queue->first;
+		struct gnpd_queued *job = queue->first;
 		unlink_job(queue, job);
 		queue->running++;
 		pthread_mutex_unlock(&queue->lock);
@@ -113,7 +113,7 @@ gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error)
 	return status;
 }
 
-gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_job *job, struct gnp_error *error)
+gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_queued *job, struct gnp_error *error)
 {
 	pthread_mutex_lock(&queue->lock);
 	gnp_status status = check_room(queue, error);
@@ -133,7 +133,7 @@ gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_job *job, str
 	return status;
 }
 
-bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_job *job)
+bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_queued *job)
 {
 	pthread_mutex_lock(&queue->lock);
 	bool waiting = job->waiting;

@@ -15,10 +15,10 @@
 struct gnpd_queue;
 
 /* Embedded in what is to run, which must live until run returns. Zero-initialise. */
-struct gnpd_job {
-	struct gnpd_job *previous, *next;
+struct gnpd_queued {
+	struct gnpd_queued *previous, *next;
 	bool waiting;
-	void (*run)(struct gnpd_job *job); /* called once, on a runner */
+	void (*run)(struct gnpd_queued *job); /* called once, on a runner */
 };
 
 gnp_status gnpd_queue_create(size_t runners, size_t count_max, size_t bytes_max, struct gnpd_queue **out,
@@ -30,12 +30,12 @@ void gnpd_queue_free(struct gnpd_queue *queue);
 void gnpd_queue_close(struct gnpd_queue *queue);
 
 /* Queues a job. GNP_OVERLOADED naming the limit when as many as may wait do. */
-gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_job *job, struct gnp_error *error);
+gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_queued *job, struct gnp_error *error);
 /* What submit would say now. */
 gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error);
 
 /* Takes a job that still waits out of the queue, so that its place is free; false when it already runs or ran. */
-bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_job *job);
+bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_queued *job);
 
 /* Counts bytes a request that holds `held` of them is about to hold more. GNP_TOO_LARGE when the request alone exceeds the
  * limit, GNP_OVERLOADED when it does together with the others. */

@@ -245,6 +245,10 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 		if (spent > config->reply_seconds)
 			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s", config->reply_seconds);
 		break;
+	case GNPD_PHASE_STREAM:
+		if (spent > config->reply_seconds + config->jobs_heartbeat_seconds)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s", config->reply_seconds);
+		break;
 	case GNPD_PHASE_WORK: break;
 	}
 	return GNP_OK;
@@ -253,14 +257,14 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 /* Lock held. Stops the request's work; one that still waits is linked into *removed, to be run by the caller so that
  * it ends at once and its place in the queue is free. */
 static void stop_work(struct gnpd_reaper *reaper, struct gnpd_request *request, gnp_status reason,
-                      enum gnpd_cancel counted, struct gnpd_job **removed)
+                      enum gnpd_cancel counted, struct gnpd_queued **removed)
 {
-	if (gnp_task_check(&request->task, NULL) == GNP_OK)
+	if (gnp_task_check(&request->work.task, NULL) == GNP_OK)
 		gnpd_metrics_cancel(&reaper->server->metrics, counted);
-	gnp_task_stop(&request->task, reason);
-	if (gnpd_queue_remove(reaper->server->queue, &request->job)) {
-		request->job.next = *removed;
-		*removed = &request->job;
+	gnp_task_stop(&request->work.task, reason);
+	if (request->withdraw(request)) {
+		request->queued.next = *removed;
+		*removed = &request->queued;
 	}
 }
 
@@ -275,8 +279,18 @@ static void leave(struct gnpd_connection *connection)
 	shutdown(connection->fd, SHUT_RDWR);
 }
 
+/* Lock held. The client of a stream has gone. */
+static void end_stream(struct gnpd_connection *connection)
+{
+	if (connection->cut != GNP_OK)
+		return;
+	connection->cut = GNP_CANCELLED;
+	shutdown(connection->fd, SHUT_RDWR);
+	gnpd_watch_leave(&connection->request->watch);
+}
+
 /* Lock held. One poll for all sockets but those that are being written to. */
-static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_job **removed)
+static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_queued **removed)
 {
 	nfds_t count = 0;
 	for (struct gnpd_connection *c = reaper->first; c && count < reaper->capacity; c = c->next)
@@ -292,16 +306,18 @@ static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_job **removed)
 			continue;
 		if (connection->phase == GNPD_PHASE_WORK)
 			stop_work(reaper, connection->request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
+		else if (connection->phase == GNPD_PHASE_STREAM)
+			end_stream(connection);
 		else
 			leave(connection);
 	}
 }
 
 /* Lock held. */
-static void check_work_deadlines(struct gnpd_reaper *reaper, double now, struct gnpd_job **removed)
+static void check_work_deadlines(struct gnpd_reaper *reaper, double now, struct gnpd_queued **removed)
 {
 	for (struct gnpd_connection *c = reaper->first; c; c = c->next)
-		if (c->phase == GNPD_PHASE_WORK && now > c->request->deadline)
+		if (c->phase == GNPD_PHASE_WORK && now > atomic_load(&c->request->work.deadline))
 			stop_work(reaper, c->request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
 }
 
@@ -321,10 +337,10 @@ static void check_deadlines(struct gnpd_reaper *reaper, double now)
 }
 
 /* Lock not held: a job's end enters the next phase. */
-static void run_removed(struct gnpd_job *removed)
+static void run_removed(struct gnpd_queued *removed)
 {
 	while (removed) {
-		struct gnpd_job *job = removed;
+		struct gnpd_queued *job = removed;
 		removed = job->next;
 		job->next = NULL;
 		job->run(job);
@@ -348,7 +364,7 @@ static void *reaper_main(void *argument)
 	struct gnpd_reaper *reaper = argument;
 	pthread_mutex_lock(&reaper->lock);
 	while (!reaper->stopping) {
-		struct gnpd_job *removed = NULL;
+		struct gnpd_queued *removed = NULL;
 		double now = gnp_clock();
 		reaper->seen = now;
 		check_deadlines(reaper, now);
@@ -368,7 +384,7 @@ static void *reaper_main(void *argument)
 
 void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason)
 {
-	struct gnpd_job *removed = NULL;
+	struct gnpd_queued *removed = NULL;
 	struct gnp_error error = {0};
 	gnp_error_set(&error, reason, "%s", gnp_status_text(reason));
 	pthread_mutex_lock(&reaper->lock);

@@ -23,7 +23,8 @@ enum gnpd_phase {
 	GNPD_PHASE_HEADERS, /* the request line has come */
 	GNPD_PHASE_BODY,
 	GNPD_PHASE_WORK,    /* suspended: waits or runs */
-	GNPD_PHASE_REPLY
+	GNPD_PHASE_REPLY,
+	GNPD_PHASE_STREAM   /* a reply that is written bit by bit; entered anew with each */
 };
 
 /* server must have its config, metrics and queue. */

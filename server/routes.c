@@ -6,21 +6,27 @@
 #include "server.h"
 
 static const struct gnpd_route routes[] = {
-	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"POST", "/v2/repository/index", gnpd_v2_index, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, false, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
-	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"POST", "/v1/{model}", gnpd_v1_operation, true, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_ADMIN},
-	{"GET", "/openapi.yaml", gnpd_system_openapi, false, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
+	{"GET", "/v2", gnpd_v2_server, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/health/live", gnpd_system_live, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/ready", gnpd_system_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"POST", "/v2/repository/index", gnpd_v2_index, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"POST", "/v1/{model}", gnpd_v1_operation, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
+	{"POST", "/v1/jobs/{model}", gnpd_jobs_post, GNPD_AT_DESK, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs", gnpd_jobs_list_all, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}", gnpd_jobs_get, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"DELETE", "/v1/jobs/{job}", gnpd_jobs_remove, GNPD_AT_DESK, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/events", gnpd_jobs_events, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/result", gnpd_jobs_result, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/metrics", gnpd_system_metrics, GNPD_AT_ONCE, GNPD_LABEL_METRICS, GNPD_SCOPE_ADMIN},
+	{"GET", "/openapi.yaml", gnpd_system_openapi, GNPD_AT_ONCE, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
 };
 
 /* Without keys for what only reads: the listener is out of reach of others, or asks for keys where it changes or shows more. */
@@ -47,12 +53,12 @@ static const struct gnpd_route *route_at(const struct gnpd_request *request, siz
 }
 
 struct captures {
-	const char *model, *version;
+	const char *model, *version, *job;
 };
 
 static bool match_path(const char *pattern, const struct gnpd_target *target, struct captures *captures)
 {
-	*captures = (struct captures){NULL, NULL};
+	*captures = (struct captures){NULL, NULL, NULL};
 	if (!target->valid)
 		return false;
 	for (unsigned i = 0; i < target->count; i++) {
@@ -64,6 +70,8 @@ static bool match_path(const char *pattern, const struct gnpd_target *target, st
 			captures->model = segment;
 		else if (strncmp(pattern, "{version}", length) == 0)
 			captures->version = segment;
+		else if (strncmp(pattern, "{job}", length) == 0)
+			captures->job = segment;
 		else if (strlen(segment) != length || memcmp(pattern, segment, length) != 0)
 			return false;
 		pattern += length;
@@ -86,6 +94,11 @@ void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t ca
 		if (match_path(route->path, &request->target, &captures))
 			size += (size_t)snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", route->method,
 			                         strcmp(route->method, "GET") == 0 ? ", HEAD" : "");
+}
+
+const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route)
+{
+	return route->handler == gnpd_v1_operation ? &gnpd_codec_file : route->handler == gnpd_v2_infer ? &gnpd_codec_oip : NULL;
 }
 
 static gnp_status unknown_model(const char *model, struct gnp_error *error)
@@ -135,6 +148,7 @@ gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *err
 		request->route = route;
 		request->model = captures.model;
 		request->version = captures.version;
+		request->job_id = captures.job;
 		request->label = route->label;
 		return resolve_model(request, error);
 	}

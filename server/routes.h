@@ -11,11 +11,18 @@
 /* Fills request->reply. On failure http.c answers with the error. */
 typedef gnp_status (*gnpd_handler)(struct gnpd_request *request, struct gnp_error *error);
 
+/* Where a handler runs. A body is kept for POSTs that are not answered at once, and dropped else. */
+enum gnpd_where {
+	GNPD_AT_ONCE,   /* in the HTTP thread */
+	GNPD_ON_RUNNER, /* computes */
+	GNPD_AT_DESK    /* waits for the disk, not for those that compute */
+};
+
 struct gnpd_route {
 	const char *method;    /* GET also answers HEAD */
-	const char *path;      /* segments; {model} and {version} take any one segment */
+	const char *path;      /* segments; {model}, {version} and {job} take any one segment */
 	gnpd_handler handler;
-	bool work;             /* runs on a runner with the body; else in the HTTP thread, at once, the body discarded */
+	enum gnpd_where work;
 	enum gnpd_label label; /* GNPD_LABEL_OPERATION: that of the operation the path names */
 	enum gnpd_scope scope;
 };
@@ -24,10 +31,13 @@ struct gnpd_route {
  * as well. */
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error);
 
+/* How bodies of the route are encoded; NULL where headers and body tell. */
+const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route);
+
 /* The methods the request's path allows, as an Allow header lists them; "" when there is no such path. */
 void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity);
 
-/* The handlers: system.c, admin.c, v2.c, v1.c. */
+/* The handlers: system.c, admin.c, v2.c, v1.c, job_routes.c. */
 gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *error);
@@ -44,5 +54,13 @@ gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *e
 gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_infer(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_list_all(struct gnpd_request *request, struct gnp_error *error);
+/* May leave the request without a reply but with a watch: then it waits, and gnpd_jobs_polled fills the reply. */
+gnp_status gnpd_jobs_get(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_polled(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_result(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_jobs_remove(struct gnpd_request *request, struct gnp_error *error);
 
 #endif

@@ -7,6 +7,8 @@
 
 #include "config.h"
 #include "guard.h"
+#include "job_watch.h"
+#include "jobs.h"
 #include "loader.h"
 #include "log.h"
 #include "metrics.h"
@@ -31,6 +33,9 @@ struct gnpd_server {
 	struct gnpd_notify *notify;        /* of the service manager; NULL without one */
 	struct gnp_prepared_cache *cache;  /* of operators */
 	struct gnpd_queue *queue;
+	struct gnpd_queue *desk;           /* of what waits for the disk */
+	struct gnpd_watchers *watchers;
+	struct gnpd_jobs *jobs;
 	struct gnpd_reaper *reaper;
 	struct gnp_buffer openapi;         /* written once */
 	unsigned boot;                     /* random, the first half of generated request ids */

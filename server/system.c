@@ -60,6 +60,8 @@ gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *e
 	if (status == GNP_OK)
 		status = gnpd_guard_write(server->guard, body, error);
 	if (status == GNP_OK)
+		status = gnpd_jobs_metrics_write(server->jobs, body, error);
+	if (status == GNP_OK)
 		status = write_limits(server->config, body, error);
 	return status == GNP_OK ? write_expiry(server->tls, body, error) : status;
 }

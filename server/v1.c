@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "duration.h"
 #include "file.h"
 #include "result.h"
 #include "routes.h"
@@ -29,15 +30,15 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 	return GNP_OK;
 }
 
-static gnp_status input_format(const struct gnpd_request *request, const unsigned char *body, size_t size, bool named,
+static gnp_status input_format(const struct gnpd_work *work, const unsigned char *body, size_t size, bool named,
                                enum gnp_format wanted, enum gnp_format *format, struct gnp_error *error)
 {
-	if (!(request->content_type && gnp_format_by_media_type(request->content_type, format)) &&
+	if (!(work->content_type && gnp_format_by_media_type(work->content_type, format)) &&
 	    !gnp_format_by_magic(body, size, format)) {
 		if (!named)
 			return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA,
 			                     "body: Content-Type \"%.64s\" is no known format, the body does not look like one, and there "
-			                     "is no ?format=", request->content_type ? request->content_type : "");
+			                     "is no ?format=", work->content_type ? work->content_type : "");
 		*format = wanted;
 	}
 	if (!gnp_format_readable(*format))
@@ -46,45 +47,51 @@ static gnp_status input_format(const struct gnpd_request *request, const unsigne
 	return GNP_OK;
 }
 
-static gnp_status output_format(const struct gnpd_request *request, bool named, enum gnp_format wanted,
+static gnp_status output_format(const struct gnpd_work *work, bool named, enum gnp_format wanted,
                                 enum gnp_format input, enum gnp_format *format, struct gnp_error *error)
 {
 	*format = named ? wanted : gnp_format_writable(input) ? input : GNP_FORMAT_PLY;
-	if (request->accept && !gnp_format_by_accept(request->accept, format))
+	if (work->accept && !gnp_format_by_accept(work->accept, format))
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "Accept: got \"%.100s\", none of its types can be written",
-		                     request->accept);
+		                     work->accept);
 	if (!gnp_format_writable(*format))
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format: %s can only be read", gnp_format_name(*format));
 	return GNP_OK;
 }
 
-static gnp_status decode(struct gnpd_request *request, const unsigned char *body, size_t size, struct gnp_error *error)
+static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error)
 {
 	enum gnp_format wanted = GNP_FORMAT_PLY, input = GNP_FORMAT_PLY, output;
 	bool named;
-	gnp_status status = gnpd_query_parse(request->target.query, &request->message.parameters, error);
+	gnp_status status = gnpd_query_parse(work->query, &work->message.parameters, error);
 	if (status == GNP_OK)
-		status = take_format(&request->message.parameters, &wanted, &named, error);
+		status = take_format(&work->message.parameters, &wanted, &named, error);
 	if (status == GNP_OK)
-		status = input_format(request, body, size, named, wanted, &input, error);
+		status = input_format(work, body, size, named, wanted, &input, error);
 	if (status == GNP_OK)
-		status = output_format(request, named, wanted, input, &output, error);
+		status = output_format(work, named, wanted, input, &output, error);
 	if (status != GNP_OK)
 		return status;
-	request->output_format = output;
-	const struct gnp_operation *operation = gnp_operation_find(request->model);
-	const struct gnp_file_wants wants = {request->server->config->max_points, operation->inputs, operation->input_count};
-	return gnp_file_decode(input, body, size, &wants, &request->message.inputs, error);
+	work->output_format = output;
+	const struct gnp_operation *operation = work->operation;
+	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count};
+	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
 }
 
-static gnp_status encode(struct gnpd_request *request, struct gnp_error *error)
+static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
-	request->reply.content_type = gnp_format_media_type(request->output_format);
-	return gnp_result_encode(request->output_format, &request->message, &request->response, &request->reply.body, error);
+	work->reply->content_type = gnp_format_media_type(work->output_format);
+	return gnp_result_encode(work->output_format, &work->message, &work->response, &work->reply->body, error);
 }
+
+static gnp_status timeout(const struct gnp_value *value, double *seconds, struct gnp_error *error)
+{
+	return gnpd_duration_parse("timeout", value->string, seconds, error);
+}
+
+const struct gnpd_codec gnpd_codec_file = {.name = "file", .decode = decode, .encode = encode, .timeout = timeout};
 
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error)
 {
-	static const struct gnpd_codec codec = {decode, encode};
-	return gnpd_work_run(request, &codec, error);
+	return gnpd_work_run(&request->work, error);
 }

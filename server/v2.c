@@ -32,7 +32,7 @@ gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
 
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)
 {
-	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->models, begin_json(request), error);
+	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->work.models, begin_json(request), error);
 }
 
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)
@@ -65,30 +65,41 @@ gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *e
 	                         (unsigned long long)(good + bad), (unsigned long long)nanoseconds);
 }
 
-static gnp_status decode(struct gnpd_request *request, const unsigned char *body, size_t size, struct gnp_error *error)
+static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error)
 {
 	size_t header = GNP_OIP_NO_HEADER;
 	gnp_status status = GNP_OK;
-	if (request->inference_length)
-		status = gnp_oip_header_length(request->inference_length, size, &header, error);
-	return status == GNP_OK ? gnp_oip_decode_request(body, size, header, &request->message, error) : status;
+	if (work->inference_length)
+		status = gnp_oip_header_length(work->inference_length, size, &header, error);
+	return status == GNP_OK ? gnp_oip_decode_request(body, size, header, &work->message, error) : status;
 }
 
-static gnp_status encode(struct gnpd_request *request, struct gnp_error *error)
+static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
-	struct gnpd_reply *reply = &request->reply;
-	gnp_status status = gnp_oip_encode_response(request->call.operation, &request->message, &request->response,
-	                                            &reply->body, &reply->tails, &reply->tail_count, error);
+	struct gnpd_reply *reply = work->reply;
+	gnp_status status = gnp_oip_encode_response(work->call.operation, &work->message, &work->response, &reply->body, &reply->tails,
+	                                            &reply->tail_count, error);
 	if (status != GNP_OK)
 		return status;
 	reply->content_type = reply->tail_count ? "application/octet-stream" : "application/json";
 	if (reply->tail_count)
-		gnpd_reply_header(request, "Inference-Header-Content-Length", "%zu", reply->body.size);
+		gnpd_reply_add(reply, "Inference-Header-Content-Length", "%zu", reply->body.size);
 	return GNP_OK;
 }
 
+/* Microseconds, as the protocol's other servers have it. */
+static gnp_status timeout(const struct gnp_value *value, double *seconds, struct gnp_error *error)
+{
+	double microseconds = value->type == GNP_VALUE_INTEGER ? (double)value->integer : value->type == GNP_VALUE_NUMBER ? value->number : -1;
+	if (!(microseconds >= 0))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "timeout: need a number of microseconds, at least 0");
+	*seconds = microseconds * 1e-6;
+	return GNP_OK;
+}
+
+const struct gnpd_codec gnpd_codec_oip = {.name = "oip", .decode = decode, .encode = encode, .timeout = timeout};
+
 gnp_status gnpd_v2_infer(struct gnpd_request *request, struct gnp_error *error)
 {
-	static const struct gnpd_codec codec = {decode, encode};
-	return gnpd_work_run(request, &codec, error);
+	return gnpd_work_run(&request->work, error);
 }

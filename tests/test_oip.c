@@ -329,9 +329,26 @@ static void error_bodies_are_valid_whatever_the_text(void)
 	gnp_buffer_clear(&buffer);
 }
 
+static bool is_request(const char *text)
+{
+	return gnp_oip_is_request((const unsigned char *)text, strlen(text));
+}
+
+static void requests_are_told_from_clouds(void)
+{
+	CHECK(is_request("{\"inputs\":[]}") && is_request(" {\"id\" : \"a\", \"inputs\"\n: 3"));
+	CHECK(is_request("{\"parameters\":{\"a\":[1,{}]},\"inputs\":[]}"));
+	static const char *const clouds[] = {"", "{", "[\"inputs\"]", "\"inputs\"", "{\"points\":[[1,2,3]]}", "{\"a\":{\"inputs\":1}}",
+	                                     "{\"a\":\"inputs\"}", "{\"a\":\"\\\"inputs\\\":\"}", "{\"inputs", "{\"inputs\"", "{}{\"inputs\":1}",
+	                                     "}{\"inputs\":1}", "{\"a\\"};
+	for (size_t i = 0; i < sizeof clouds / sizeof clouds[0]; i++)
+		CHECK(!is_request(clouds[i]));
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(header_lengths),
+	                                    TEST(requests_are_told_from_clouds),
 	                                    TEST(json_requests_decode),
 	                                    TEST(malformed_json_is_refused),
 	                                    TEST(deep_nesting_is_refused),

@@ -10,14 +10,14 @@
 #include "queue.h"
 
 struct work {
-	struct gnpd_job job;
+	struct gnpd_queued job;
 	atomic_int *running, *gate; /* waits until *gate is 1 */
 	int *order, *place;
 	int number;
 	atomic_int runs;
 };
 
-static void run_work(struct gnpd_job *job)
+static void run_work(struct gnpd_queued *job)
 {
 	struct work *work = (struct work *)((char *)job - offsetof(struct work, job));
 	if (work->running)

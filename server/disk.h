@@ -1,0 +1,39 @@
+/* Files that are there whole or not at all, whatever happens to the process or the machine meanwhile. */
+#ifndef GNPD_DISK_H
+#define GNPD_DISK_H
+
+#include <stdbool.h>
+#include <sys/types.h>
+
+#include "checkpoint.h"
+#include "message.h"
+#include "status.h"
+
+struct gnpd_disk {
+	int folder;   /* the directory, open */
+	bool durable; /* what was put survives the machine; else it survives the process alone */
+	ssize_t (*write)(int fd, const void *data, size_t size); /* write(2) and fsync(2), or a test's */
+	int (*sync)(int fd);
+};
+
+/* write(2), fsync(2). */
+void gnpd_disk_init(struct gnpd_disk *disk, int folder, bool durable);
+
+/* A failure of the system as a status: GNP_NO_SPACE where room has run out, else GNP_STORAGE. what, name: for the text. */
+gnp_status gnpd_disk_failure(int number, const char *what, const char *name, struct gnp_error *error);
+
+/* Puts the pieces, one after the other, into the file: written as name.new, synced, renamed, the folder synced. On failure the file is
+ * what it was before and there is no name.new; where only the last sync failed the file is removed, for it may not last. */
+gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const struct gnp_piece *pieces, size_t count,
+                         struct gnp_error *error);
+
+/* Appends the file's bytes; more than `most` is GNP_TOO_LARGE, no such file GNP_NOT_FOUND. */
+gnp_status gnpd_disk_get(const struct gnpd_disk *disk, const char *name, size_t most, struct gnp_buffer *buffer, struct gnp_error *error);
+
+/* Open for reading, or -1. *size: its bytes. */
+int gnpd_disk_open(const struct gnpd_disk *disk, const char *name, size_t *size);
+
+/* Removes the file for good; one that is not there is fine. */
+gnp_status gnpd_disk_remove(const struct gnpd_disk *disk, const char *name, struct gnp_error *error);
+
+#endif

@@ -1,0 +1,82 @@
+/* A job and the table of them, for jobs.c, job_recover.c, job_run.c and job_clerk.c alone.
+ *
+ * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
+ * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
+ * the queue, the runner from there to its end, whoever took it out of the queue, and after its end the holder of `disk`. */
+#ifndef GNPD_JOB_H
+#define GNPD_JOB_H
+
+#include <pthread.h>
+
+#include "job_store.h"
+#include "jobs.h"
+#include "queue.h"
+
+struct gnpd_job {
+	struct gnpd_queued queued;
+	struct gnpd_jobs *jobs;
+	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change */
+	size_t references;
+	size_t bytes[GNPD_JOB_FILES];  /* of its files but the record, as the quota counts them */
+	bool arriving;                 /* not yet on disk: nobody may know of it */
+	bool cancelled;                /* somebody asked for it */
+	bool removed;
+	struct gnpd_work *work;        /* while it runs */
+	double began;                  /* gnp_clock() */
+	struct gnpd_job_progress progress;
+	unsigned version;
+};
+
+struct gnpd_jobs {
+	struct gnpd_server *server;
+	struct gnpd_job_store store;
+	pthread_mutex_t disk, lock;
+	pthread_mutex_t turn;           /* of the job that gathers its memory: two that each hold a part would wait for each other */
+	pthread_cond_t wake;            /* of the clerk */
+	struct gnpd_queue *queue;
+	struct gnpd_job **items;        /* (count), by id */
+	size_t count, capacity;
+	size_t bytes;                   /* sum of theirs */
+	size_t memory;                  /* that those that run have reserved */
+	int64_t last;                   /* microseconds of the newest id */
+	bool parking, stopping, clerk_runs;
+	pthread_t clerk;
+	struct gnpd_jobs_counts counts; /* but for states and bytes */
+};
+
+int64_t gnpd_jobs_now(void); /* microseconds since the epoch */
+
+/* Lock held, or nobody else about. Puts a job into the table, which holds a reference. */
+gnp_status gnpd_jobs_insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp_error *error);
+void gnpd_job_free(struct gnpd_job *job);
+
+/* job_recover.c: takes up what the store holds. */
+gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error);
+
+/* Writes the record; on success it is the job's, else the job keeps its old one. */
+gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
+/* The same, and what cannot be written is the job's in memory nevertheless. Says so in the log. */
+void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *next);
+/* Makes a record that is written the job's, in memory. */
+void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next);
+/* A shallow copy. */
+struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job);
+
+/* Counts that a file of the job is about to have so many bytes: GNP_NO_SPACE, and nothing changed, when that is more than before and
+ * does not fit jobs-bytes. */
+gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error);
+
+/* Removes a file the job has no more use for. */
+void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file);
+
+/* Removes the job, which is over, with its files. disk is held. */
+gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);
+
+/* job_run.c: what the queue calls. */
+void gnpd_job_run(struct gnpd_queued *queued);
+/* job_clerk.c */
+void *gnpd_job_clerk(void *jobs);
+/* Removes the oldest job that expired, if the table is full. */
+bool gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
+
+#endif

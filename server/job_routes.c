@@ -1,0 +1,367 @@
+/* /v1/jobs: the verbs of jobs. Submitting and deleting wait for the disk and are done at the desk; the rest is answered at once. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "duration.h"
+#include "job_json.h"
+#include "range.h"
+#include "routes.h"
+#include "server.h"
+
+enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
+
+/* ---- Queries ---- */
+
+/* The query's parameters, of which all must be among `known` (NULL-terminated). */
+static gnp_status read_query(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
+{
+	gnp_status status = gnpd_query_parse(request->target.query, values, error);
+	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
+		char list[128] = "";
+		bool found = false;
+		for (size_t k = 0; known[k]; k++) {
+			size_t length = strlen(list);
+			snprintf(list + length, sizeof list - length, "%s%s", k ? ", " : "", known[k]);
+			found = found || strcmp(values->items[i].name, known[k]) == 0;
+		}
+		if (!found)
+			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", values->items[i].name,
+			                       *list ? list : "none");
+	}
+	return status;
+}
+
+static const char *text_of(const struct gnp_values *values, const char *name)
+{
+	const struct gnp_value *value = gnp_values_find(values, name);
+	return value ? value->string : NULL;
+}
+
+/* ---- Answers ---- */
+
+static gnp_status reply_view(struct gnpd_request *request, const struct gnpd_job_view *view, int code, struct gnp_error *error)
+{
+	request->reply.content_type = "application/json";
+	gnp_status status = gnpd_job_write_json(view, &request->reply.body, error);
+	if (status == GNP_OK)
+		status = gnp_buffer_append(&request->reply.body, "\n", 1, error);
+	if (status == GNP_OK)
+		request->reply.code = code;
+	if (!gnpd_job_state_is_final(view->record.state))
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
+	gnpd_reply_header(request, "Cache-Control", "no-store");
+	return status;
+}
+
+static gnp_status reply_job(struct gnpd_request *request, struct gnpd_job *job, int code, struct gnp_error *error)
+{
+	struct gnpd_job_view view;
+	gnpd_job_look(job, &view);
+	return reply_view(request, &view, code, error);
+}
+
+static gnp_status find(struct gnpd_request *request, struct gnpd_job **job, struct gnp_error *error)
+{
+	return gnpd_jobs_find(request->server->jobs, request->principal, request->job_id, job, error);
+}
+
+/* ---- POST /v1/jobs/{operation} ---- */
+
+static gnp_status check_key(const char *key, struct gnp_error *error)
+{
+	size_t length = key ? strlen(key) : 1;
+	for (size_t i = 0; key && i < length; i++)
+		if (key[i] < 0x20 || key[i] > 0x7e)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "Idempotency-Key: character %zu is not printable ASCII", i + 1);
+	if (length < 1 || length > GNPD_JOB_KEY_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "Idempotency-Key: got %zu characters, need 1..%d", length, GNPD_JOB_KEY_MAX);
+	return GNP_OK;
+}
+
+/* What a run would be refused for in any case. */
+static gnp_status check_memory(const struct gnpd_work *work, struct gnp_error *error)
+{
+	size_t most = gnpd_jobs_memory_most(work->server->jobs);
+	if (work->call.memory <= most && work->reserved <= most - work->call.memory)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_TOO_LARGE,
+	                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
+	                     work->reserved, work->call.memory, most);
+}
+
+gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_job *job = NULL;
+	bool existing = false;
+	gnp_status status = check_key(request->idempotency_key, error);
+	if (status == GNP_OK)
+		status = gnpd_work_check(&request->work, error);
+	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
+	if (status == GNP_OK)
+		status = check_memory(&request->work, error);
+	if (status == GNP_OK)
+		status = gnpd_jobs_submit(request->server->jobs, &request->work, request->principal, request->idempotency_key, &job, &existing, error);
+	if (status != GNP_OK)
+		return status;
+	struct gnpd_job_view view;
+	gnpd_job_look(job, &view);
+	gnpd_job_release(job);
+	gnpd_reply_header(request, "Location", "/v1/jobs/%s", view.record.id);
+	return reply_view(request, &view, existing ? 200 : 202, error);
+}
+
+/* ---- GET /v1/jobs ---- */
+
+static gnp_status read_limit(const char *text, size_t *limit, struct gnp_error *error)
+{
+	char *end;
+	*limit = LIST_DEFAULT;
+	if (!text)
+		return GNP_OK;
+	unsigned long value = strtoul(text, &end, 10);
+	if (*text < '0' || *text > '9' || *end || value < 1 || value > LIST_MOST)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "limit: got \"%.60s\", need 1..%d", text, LIST_MOST);
+	*limit = value;
+	return GNP_OK;
+}
+
+static gnp_status read_filter(const struct gnp_values *values, struct gnpd_job_filter *filter, struct gnp_error *error)
+{
+	enum gnpd_job_state state;
+	const char *name = text_of(values, "state");
+	filter->operation = text_of(values, "operation");
+	filter->after = text_of(values, "after");
+	filter->state = -1;
+	if (name && !gnpd_job_state_find(name, &state))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "state: got \"%.60s\", known: queued, running, succeeded, failed, cancelled, expired", name);
+	if (name)
+		filter->state = (int)state;
+	if (filter->operation && !gnp_operation_find(filter->operation))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "operation: there is no \"%.60s\"", filter->operation);
+	if (filter->after && !gnpd_job_id_valid(filter->after))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "after: got \"%.60s\", need the id of a job", filter->after);
+	return GNP_OK;
+}
+
+static gnp_status write_list(struct gnpd_request *request, struct gnpd_job **found, size_t count, bool more, struct gnp_error *error)
+{
+	struct gnp_buffer *body = &request->reply.body;
+	struct gnpd_job_view view = {0};
+	gnp_status status = gnp_buffer_printf(body, error, "{\"jobs\":[");
+	for (size_t i = 0; i < count && status == GNP_OK; i++) {
+		gnpd_job_look(found[i], &view);
+		if (i)
+			status = gnp_buffer_append(body, ",", 1, error);
+		if (status == GNP_OK)
+			status = gnpd_job_write_json(&view, body, error);
+	}
+	if (status != GNP_OK)
+		return status;
+	return more ? gnp_buffer_printf(body, error, "],\"more\":true,\"next\":\"/v1/jobs?after=%s\"}\n", view.record.id)
+	            : gnp_buffer_printf(body, error, "],\"more\":false,\"next\":null}\n");
+}
+
+static gnp_status list(struct gnpd_request *request, const struct gnp_values *values, struct gnp_error *error)
+{
+	struct gnpd_job_filter filter = {.principal = request->principal};
+	size_t limit;
+	bool more;
+	gnp_status status = read_filter(values, &filter, error);
+	if (status == GNP_OK)
+		status = read_limit(text_of(values, "limit"), &limit, error);
+	if (status != GNP_OK)
+		return status;
+	struct gnpd_job **found = calloc(limit, sizeof *found);
+	if (!found)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory for a list of %zu", limit);
+	size_t count = gnpd_jobs_list(request->server->jobs, &filter, found, limit, &more);
+	status = write_list(request, found, count, more, error);
+	for (size_t i = 0; i < count; i++)
+		gnpd_job_release(found[i]);
+	free(found);
+	if (status == GNP_OK)
+		request->reply.code = 200;
+	request->reply.content_type = "application/json";
+	gnpd_reply_header(request, "Cache-Control", "no-store");
+	return status;
+}
+
+gnp_status gnpd_jobs_list_all(struct gnpd_request *request, struct gnp_error *error)
+{
+	static const char *const known[] = {"state", "operation", "limit", "after", NULL};
+	struct gnp_values values = {0};
+	gnp_status status = read_query(request, known, &values, error);
+	if (status == GNP_OK)
+		status = list(request, &values, error);
+	gnp_values_clear(&values);
+	return status;
+}
+
+/* ---- GET /v1/jobs/{id} ---- */
+
+/* Seconds to wait: no more than the configuration allows. */
+static gnp_status read_wait(struct gnpd_request *request, double *seconds, struct gnp_error *error)
+{
+	static const char *const known[] = {"wait", NULL};
+	struct gnp_values values = {0};
+	*seconds = 0;
+	gnp_status status = read_query(request, known, &values, error);
+	const char *text = status == GNP_OK ? text_of(&values, "wait") : NULL;
+	if (text)
+		status = gnpd_duration_parse("wait", text, seconds, error);
+	gnp_values_clear(&values);
+	*seconds = fmin(*seconds, request->server->config->jobs_wait_seconds);
+	return status;
+}
+
+gnp_status gnpd_jobs_get(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_job *job;
+	struct gnpd_job_view view;
+	double seconds;
+	gnp_status status = read_wait(request, &seconds, error);
+	if (status == GNP_OK)
+		status = find(request, &job, error);
+	if (status != GNP_OK)
+		return status;
+	gnpd_job_look(job, &view);
+	if (seconds <= 0 || gnpd_job_state_is_final(view.record.state) || atomic_load(&request->server->draining)) {
+		gnpd_job_release(job);
+		return reply_view(request, &view, 200, error);
+	}
+	status = gnpd_watch_init(request->server->watchers, &request->watch, GNPD_WATCH_POLL, job, error);
+	if (status != GNP_OK)
+		gnpd_job_release(job);
+	request->watch.until = gnp_clock() + seconds;
+	return status;
+}
+
+gnp_status gnpd_jobs_polled(struct gnpd_request *request, struct gnp_error *error)
+{
+	return reply_job(request, request->watch.job, 200, error);
+}
+
+/* ---- GET /v1/jobs/{id}/events ---- */
+
+gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *error)
+{
+	static const char *const none[] = {NULL};
+	struct gnp_values values = {0};
+	struct gnpd_job *job;
+	gnp_status status = read_query(request, none, &values, error);
+	gnp_values_clear(&values);
+	if (status == GNP_OK)
+		status = find(request, &job, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_watch_init(request->server->watchers, &request->watch, GNPD_WATCH_STREAM, job, error);
+	if (status != GNP_OK) {
+		gnpd_job_release(job);
+		return status;
+	}
+	request->reply.code = 200;
+	request->reply.content_type = "text/event-stream";
+	request->reply.stream = true;
+	gnpd_reply_header(request, "Cache-Control", "no-store");
+	return GNP_OK;
+}
+
+/* ---- GET /v1/jobs/{id}/result ---- */
+
+/* The part of the file that is asked for, or that nothing is to be sent. */
+static gnp_status choose_part(struct gnpd_request *request, const char *tag, size_t size, struct gnp_error *error)
+{
+	struct gnpd_reply *reply = &request->reply;
+	const char *range = request->range;
+	size_t first = 0, count = size;
+	if (request->if_range && strcmp(request->if_range, tag) != 0)
+		range = NULL;
+	switch (gnpd_range_parse(range, size, &first, &count)) {
+	case GNPD_RANGE_OUTSIDE:
+		return gnp_error_set(error, GNP_RANGE, "range: got \"%.60s\", the result has %zu bytes", range, size);
+	case GNPD_RANGE_PART:
+		reply->code = 206;
+		gnpd_reply_add(reply, "Content-Range", "bytes %zu-%zu/%zu", first, first + count - 1, size);
+		break;
+	case GNPD_RANGE_WHOLE: reply->code = 200; break;
+	}
+	reply->file_offset = first;
+	reply->file_size = count;
+	return GNP_OK;
+}
+
+/* The types answers come in are constants of the codecs, but records hold a copy that does not live as long as the reply. */
+static const char *type_of(const struct gnpd_job_record *record)
+{
+	enum gnp_format format;
+	if (gnp_format_by_media_type(record->result_type, &format))
+		return gnp_format_media_type(format);
+	return "application/octet-stream";
+}
+
+static gnp_status send_result(struct gnpd_request *request, const struct gnpd_job_view *view, struct gnp_error *error)
+{
+	struct gnpd_reply *reply = &request->reply;
+	const struct gnpd_job_record *record = &view->record;
+	char tag[GNP_SHA256_TEXT + 2];
+	int fd;
+	gnp_status status = gnpd_jobs_open_result(request->server->jobs, view, &fd, error);
+	if (status != GNP_OK)
+		return status;
+	snprintf(tag, sizeof tag, "\"%s\"", record->result_hash);
+	gnpd_reply_add(reply, "ETag", "%s", tag);
+	gnpd_reply_add(reply, "Accept-Ranges", "bytes");
+	reply->content_type = type_of(record);
+	reply->has_file = true;
+	reply->file = fd;
+	if (request->if_none_match && (strstr(request->if_none_match, tag) || strcmp(request->if_none_match, "*") == 0)) {
+		gnpd_reply_clear(reply);
+		gnpd_reply_add(reply, "ETag", "%s", tag);
+		reply->code = 304;
+		return GNP_OK;
+	}
+	if (*record->result_inference_length)
+		gnpd_reply_add(reply, "Inference-Header-Content-Length", "%s", record->result_inference_length);
+	if (*record->result_timing)
+		gnpd_reply_add(reply, "Server-Timing", "%s", record->result_timing);
+	status = choose_part(request, tag, record->result_bytes, error);
+	if (status == GNP_RANGE) {
+		gnpd_reply_error(request, error);
+		gnpd_reply_add(reply, "Content-Range", "bytes */%zu", (size_t)record->result_bytes);
+		return GNP_OK;
+	}
+	return status;
+}
+
+gnp_status gnpd_jobs_result(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_job *job;
+	struct gnpd_job_view view;
+	gnp_status status = find(request, &job, error);
+	if (status != GNP_OK)
+		return status;
+	gnpd_job_look(job, &view);
+	gnpd_job_release(job);
+	return send_result(request, &view, error);
+}
+
+/* ---- DELETE /v1/jobs/{id} ---- */
+
+gnp_status gnpd_jobs_remove(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_job *job;
+	enum gnpd_job_deletion what;
+	gnp_status status = find(request, &job, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_jobs_delete(request->server->jobs, job, &what, error);
+	if (status == GNP_OK && what == GNPD_JOB_WAS_REMOVED)
+		request->reply.code = 204;
+	else if (status == GNP_OK)
+		status = reply_job(request, job, what == GNPD_JOB_WAS_CANCELLED ? 200 : 202, error);
+	gnpd_job_release(job);
+	return status;
+}

@@ -1,0 +1,396 @@
+/* A job on its runner: from its files to its answer in a file. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "job.h"
+#include "server.h"
+
+/* One run of a job. */
+struct run {
+	struct gnpd_job *job;
+	struct gnpd_jobs *jobs;
+	struct gnpd_work work;
+	struct gnpd_reply reply;
+	struct gnp_checkpoint checkpoint;
+	struct gnp_buffer kept;  /* the checkpoint it begins from */
+	size_t checkpoint_bytes; /* of the file */
+	size_t memory;           /* reserved of what jobs may hold */
+};
+
+/* ---- Gathering what it needs ---- */
+
+/* Asks `take` again and again while the answer is that others hold what is needed. */
+static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run, struct gnp_error *error), struct gnp_error *error)
+{
+	for (;;) {
+		struct gnp_error cause = {0};
+		gnp_status status = gnp_task_check(&run->work.task, &cause);
+		if (status == GNP_OK)
+			status = take(run, &cause);
+		if (status != GNP_OVERLOADED) {
+			if (status != GNP_OK)
+				gnp_error_set(error, status, "%s", cause.text);
+			return status;
+		}
+		usleep(20000);
+	}
+}
+
+static gnp_status take_turn(struct run *run, struct gnp_error *error)
+{
+	return pthread_mutex_trylock(&run->jobs->turn) == 0 ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
+}
+
+/* Of the share of jobs. */
+static gnp_status reserve_share(struct run *run, size_t bytes, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = run->jobs;
+	size_t most = gnpd_jobs_memory_most(jobs);
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->lock);
+	if (bytes > most || run->memory > most - bytes)
+		status = gnp_error_set(error, GNP_TOO_LARGE, "memory: the job holds %zu bytes and needs %zu more, need at most %zu (jobs-memory-bytes)",
+		                       run->memory, bytes, most);
+	else if (jobs->memory > most - bytes)
+		status = gnp_error_set(error, GNP_OVERLOADED, "other jobs hold the memory");
+	else {
+		jobs->memory += bytes;
+		run->memory += bytes;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	return status;
+}
+
+static void release_share(struct run *run, size_t bytes)
+{
+	pthread_mutex_lock(&run->jobs->lock);
+	run->jobs->memory -= bytes;
+	run->memory -= bytes;
+	pthread_mutex_unlock(&run->jobs->lock);
+}
+
+static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error)
+{
+	gnp_status status = reserve_share(run, bytes, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_queue_reserve(run->jobs->server->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
+	if (status == GNP_OK)
+		run->work.reserved += bytes;
+	else
+		release_share(run, bytes);
+	return status;
+}
+
+static gnp_status reserve_files(struct run *run, struct gnp_error *error)
+{
+	return reserve(run, run->job->record.body_bytes + run->checkpoint_bytes, error);
+}
+
+static gnp_status reserve_call(struct run *run, struct gnp_error *error)
+{
+	return reserve(run, run->work.call.memory, error);
+}
+
+/* What a check that found no memory leaves is let go before the next. */
+static gnp_status check(struct run *run, struct gnp_error *error)
+{
+	struct gnpd_work *work = &run->work;
+	size_t held = work->reserved;
+	gnp_status status = gnpd_work_check(work, error);
+	if (status != GNP_OVERLOADED)
+		return status;
+	gnp_request_clear(&work->message);
+	gnp_buffer_clear(&work->decoded);
+	gnpd_work_release(work, work->reserved - held);
+	return status;
+}
+
+static gnp_status read_files(struct run *run, struct gnp_error *error)
+{
+	struct gnpd_job_store *store = &run->jobs->store;
+	const char *id = run->job->record.id;
+	gnp_status status = gnpd_job_store_get(store, id, GNPD_JOB_BODY_FILE, run->job->record.body_bytes, &run->work.body, error);
+	if (status == GNP_OK && run->work.body.size != run->job->record.body_bytes)
+		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size, run->job->record.body_bytes);
+	if (status == GNP_OK && run->checkpoint_bytes &&
+	    gnpd_job_store_get(store, id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) == GNP_OK) {
+		run->checkpoint.kept = run->kept.data;
+		run->checkpoint.size = run->kept.size;
+		pthread_mutex_lock(&run->jobs->lock);
+		run->jobs->counts.resumed++;
+		pthread_mutex_unlock(&run->jobs->lock);
+	}
+	return status;
+}
+
+/* Holds nothing while it waits for its turn; once it has all, others have theirs. */
+static gnp_status gather(struct run *run, struct gnp_error *error)
+{
+	gnp_status status = be_patient(run, take_turn, error);
+	if (status != GNP_OK)
+		return status;
+	status = be_patient(run, reserve_files, error);
+	if (status == GNP_OK)
+		status = read_files(run, error);
+	if (status == GNP_OK)
+		status = be_patient(run, check, error);
+	if (status == GNP_OK)
+		status = be_patient(run, reserve_call, error);
+	pthread_mutex_unlock(&run->jobs->turn);
+	return status;
+}
+
+/* ---- Checkpoints ---- */
+
+static size_t sum(const struct gnp_piece *pieces, size_t count)
+{
+	size_t size = 0;
+	for (size_t i = 0; i < count; i++)
+		size += pieces[i].size;
+	return size;
+}
+
+/* While the new one is written the old one is there as well, but the quota counts one. */
+static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces, size_t count, struct gnp_error *error)
+{
+	struct run *run = context;
+	size_t size = sum(pieces, count);
+	struct gnp_error cause = {0};
+	gnp_status status = gnpd_job_account(run->job, GNPD_JOB_CHECKPOINT_FILE, size, &cause);
+	if (status == GNP_OK) {
+		status = gnpd_job_store_put(&run->jobs->store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, pieces, count, &cause);
+		if (status == GNP_OK)
+			run->checkpoint_bytes = size;
+		else
+			gnpd_job_account(run->job, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, NULL);
+	}
+	pthread_mutex_lock(&run->jobs->lock);
+	run->jobs->counts.checkpoints += status == GNP_OK;
+	pthread_mutex_unlock(&run->jobs->lock);
+	if (status == GNP_OK)
+		return GNP_OK;
+	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	return gnp_error_set(error, status, "%s", cause.text);
+}
+
+/* ---- Beginning ---- */
+
+static void set_work(struct run *run)
+{
+	const struct gnpd_job_record *record = &run->job->record;
+	struct gnpd_work *work = &run->work;
+	const struct gnpd_config *config = run->jobs->server->config;
+	gnpd_work_init(work, run->jobs->server, &run->reply);
+	work->codec = strcmp(record->codec, gnpd_codec_oip.name) == 0 ? &gnpd_codec_oip : &gnpd_codec_file;
+	work->operation = gnp_operation_find(record->operation);
+	work->query = record->query;
+	work->content_type = record->content_type;
+	work->content_encoding = record->content_encoding;
+	work->accept = record->accept;
+	work->inference_length = record->inference_length;
+	run->checkpoint = (struct gnp_checkpoint){.seconds = config->jobs_checkpoint_seconds, .save = save_checkpoint, .context = run};
+	work->checkpoint = &run->checkpoint;
+	gnpd_work_begin(work, config->jobs_seconds, NULL);
+}
+
+/* From here on the job can be stopped; what was asked for before holds. */
+static void show_work(struct run *run)
+{
+	struct gnpd_job *job = run->job;
+	pthread_mutex_lock(&run->jobs->lock);
+	job->began = gnp_clock();
+	job->progress = (struct gnpd_job_progress){.eta = -1};
+	job->work = &run->work;
+	if (run->jobs->parking)
+		gnp_task_stop(&run->work.task, GNP_DRAINING);
+	if (job->cancelled)
+		gnp_task_stop(&run->work.task, GNP_CANCELLED);
+	pthread_mutex_unlock(&run->jobs->lock);
+}
+
+static void hide_work(struct run *run)
+{
+	pthread_mutex_lock(&run->jobs->lock);
+	run->job->work = NULL;
+	pthread_mutex_unlock(&run->jobs->lock);
+}
+
+static gnp_status begin(struct run *run, struct gnp_error *error)
+{
+	struct gnpd_job_record next = gnpd_job_record_now(run->job);
+	size_t size = 0;
+	next.state = GNPD_JOB_RUNNING;
+	next.started = gnpd_jobs_now();
+	next.attempts++;
+	int fd = gnpd_job_store_open_file(&run->jobs->store, next.id, GNPD_JOB_CHECKPOINT_FILE, &size);
+	if (fd >= 0) {
+		close(fd);
+		run->checkpoint_bytes = size;
+	}
+	return gnpd_job_commit(run->job, &next, error);
+}
+
+/* ---- Ending ---- */
+
+/* Every end is committed after its files are there and before those it no longer needs go. */
+static void clean(struct run *run)
+{
+	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE);
+}
+
+static const char *header_of(const struct gnpd_reply *reply, const char *name)
+{
+	for (size_t i = 0; i < reply->header_count; i++)
+		if (strcmp(reply->headers[i].name, name) == 0)
+			return reply->headers[i].value;
+	return "";
+}
+
+static void hash_pieces(const struct gnp_piece *pieces, size_t count, const void **data, size_t *size, char text[GNP_SHA256_TEXT])
+{
+	for (size_t i = 0; i < count; i++) {
+		data[i] = pieces[i].data;
+		size[i] = pieces[i].size;
+	}
+	gnp_sha256_text(data, size, count, text);
+}
+
+/* Writes the answer's body; next: receives what the record says of it. */
+static gnp_status store_result(struct run *run, struct gnpd_job_record *next, struct gnp_error *error)
+{
+	const struct gnpd_reply *reply = &run->reply;
+	size_t count = reply->tail_count + 1;
+	struct gnp_piece *pieces = calloc(count, sizeof *pieces);
+	const void **data = calloc(count, sizeof *data);
+	size_t *size = calloc(count, sizeof *size);
+	gnp_status status = GNP_OUT_OF_MEMORY;
+	if (!pieces || !data || !size) {
+		gnp_error_set(error, status, "result: no memory for %zu pieces", count);
+		goto done;
+	}
+	pieces[0] = (struct gnp_piece){reply->body.data, reply->body.size};
+	for (size_t i = 1; i < count; i++)
+		pieces[i] = (struct gnp_piece){reply->tails[i - 1]->data, reply->tails[i - 1]->size};
+	hash_pieces(pieces, count, data, size, next->result_hash);
+	next->result_bytes = sum(pieces, count);
+	snprintf(next->result_type, sizeof next->result_type, "%s", reply->content_type);
+	snprintf(next->result_inference_length, sizeof next->result_inference_length, "%.23s",
+	         header_of(reply, "Inference-Header-Content-Length"));
+	snprintf(next->result_timing, sizeof next->result_timing, "%s", header_of(reply, "Server-Timing"));
+	status = gnpd_job_account(run->job, GNPD_JOB_RESULT_FILE, next->result_bytes, error);
+	if (status != GNP_OK)
+		goto done;
+	status = gnpd_job_store_put(&run->jobs->store, next->id, GNPD_JOB_RESULT_FILE, pieces, count, error);
+	if (status != GNP_OK)
+		gnpd_job_account(run->job, GNPD_JOB_RESULT_FILE, 0, NULL);
+done:
+	free(pieces);
+	free(data);
+	free(size);
+	return status;
+}
+
+static gnp_status succeed(struct run *run, struct gnp_error *error)
+{
+	struct gnpd_job_record next = gnpd_job_record_now(run->job);
+	gnp_status status = store_result(run, &next, error);
+	if (status != GNP_OK)
+		return status;
+	next.state = GNPD_JOB_SUCCEEDED;
+	next.finished = gnpd_jobs_now();
+	next.attempts = 0;
+	status = gnpd_job_commit(run->job, &next, error);
+	if (status == GNP_OK)
+		return GNP_OK;
+	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE);
+	return status;
+}
+
+/* The body goes before the record is written, where there is no room for it otherwise. */
+static void fail(struct run *run, gnp_status status, const struct gnp_error *error)
+{
+	struct gnpd_job_record next = gnpd_job_record_now(run->job);
+	next.finished = gnpd_jobs_now();
+	if (status == GNP_CANCELLED) {
+		next.state = GNPD_JOB_CANCELLED;
+	} else {
+		next.state = GNPD_JOB_FAILED;
+		next.error = status;
+		snprintf(next.error_text, sizeof next.error_text, "%s", error->text);
+	}
+	if (gnpd_job_commit(run->job, &next, NULL) == GNP_OK) {
+		clean(run);
+		return;
+	}
+	clean(run);
+	gnpd_job_commit_anyway(run->job, &next);
+}
+
+/* For the next process: as if this run had never been, but for its checkpoint. */
+static void park(struct run *run)
+{
+	struct gnpd_job_record next = gnpd_job_record_now(run->job);
+	next.state = GNPD_JOB_QUEUED;
+	next.started = 0;
+	next.attempts--;
+	gnpd_job_commit_anyway(run->job, &next);
+}
+
+static void end(struct run *run, gnp_status status, struct gnp_error *error)
+{
+	struct gnpd_server *server = run->jobs->server;
+	if (status == GNP_OK)
+		status = succeed(run, error);
+	if (status == GNP_OK)
+		clean(run);
+	else if (status == GNP_DRAINING)
+		park(run);
+	else
+		fail(run, status, error);
+	gnpd_metrics_stages(&server->metrics, &run->work.task);
+	if (status == GNP_OK)
+		atomic_fetch_add(&server->metrics.points, run->work.call.points);
+	gnpd_log_event(&server->log, "info", "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	               status == GNP_DRAINING ? "parked" : gnpd_job_state_name(gnpd_job_record_now(run->job).state),
+	               gnp_clock() - run->work.begun, *error->text ? ": " : "", error->text);
+}
+
+/* ---- The run ---- */
+
+static void run_job(struct gnpd_job *job)
+{
+	struct run run = {.job = job, .jobs = job->jobs};
+	struct gnp_error error = {0};
+	gnp_status status = begin(&run, &error);
+	set_work(&run);
+	if (status == GNP_OK && !run.work.operation)
+		status = gnp_error_set(&error, GNP_NOT_FOUND, "operation: there is no \"%s\" any more", job->record.operation);
+	if (status == GNP_OK) {
+		show_work(&run);
+		status = gather(&run, &error);
+	}
+	if (status == GNP_OK)
+		status = gnpd_work_finish(&run.work, &error);
+	hide_work(&run);
+	end(&run, status, &error);
+	gnpd_work_clear(&run.work);
+	release_share(&run, run.memory);
+	gnpd_reply_clear(&run.reply);
+	gnp_buffer_clear(&run.kept);
+}
+
+void gnpd_job_run(struct gnpd_queued *queued)
+{
+	struct gnpd_job *job = (struct gnpd_job *)((char *)queued - offsetof(struct gnpd_job, queued));
+	pthread_mutex_lock(&job->jobs->lock);
+	bool wanted = !job->jobs->parking;
+	pthread_mutex_unlock(&job->jobs->lock);
+	if (wanted)
+		run_job(job);
+	gnpd_job_release(job);
+}

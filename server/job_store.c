@@ -1,0 +1,403 @@
+#include "job_store.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffix[] = ".new";
+static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
+static const char temporary_prefix[] = "gnpd-jobs.";
+
+enum { FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256 };
+
+static void file_name(const char *id, enum gnpd_job_file file, char name[FILE_NAME])
+{
+	snprintf(name, FILE_NAME, "%s%s", id, suffixes[file]);
+}
+
+static bool ends_with(const char *name, const char *suffix)
+{
+	size_t length = strlen(name), size = strlen(suffix);
+	return length >= size && strcmp(name + length - size, suffix) == 0;
+}
+
+/* ---- Opening ---- */
+
+static gnp_status fault(const char *path, int number, struct gnp_error *error)
+{
+	return gnp_error_set(error, GNP_IO, "jobs-dir: %s: %s", path, strerror(number));
+}
+
+gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error)
+{
+	struct stat information;
+	if (stat(path, &information) != 0)
+		return fault(path, errno, error);
+	if (!S_ISDIR(information.st_mode))
+		return fault(path, ENOTDIR, error);
+	return access(path, R_OK | W_OK | X_OK) == 0 ? GNP_OK : fault(path, errno, error);
+}
+
+/* Takes the lock of the folder; -1 with errno EWOULDBLOCK when another has it. */
+static int take_lock(int folder)
+{
+	char text[32];
+	int fd = openat(folder, lock_name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+	if (fd < 0)
+		return -1;
+	if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+		int number = errno;
+		close(fd);
+		errno = number;
+		return -1;
+	}
+	int length = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+	if (ftruncate(fd, 0) != 0 || write(fd, text, (size_t)length) != length) {
+		int number = errno ? errno : ENOSPC;
+		close(fd);
+		errno = number;
+		return -1;
+	}
+	return fd;
+}
+
+static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_store *store, struct gnp_error *error)
+{
+	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	if (folder < 0)
+		return fault(path, errno, error);
+	int lock = take_lock(folder);
+	if (lock < 0) {
+		int number = errno;
+		close(folder);
+		if (number == EWOULDBLOCK)
+			return gnp_error_set(error, GNP_IO, "jobs-dir: %s: another gnpd uses it (%s/%s has its process id)", path, path, lock_name);
+		return fault(path, number, error);
+	}
+	gnpd_disk_init(&store->disk, folder, durable);
+	store->lock = lock;
+	store->temporary = !durable;
+	snprintf(store->path, sizeof store->path, "%s", path);
+	return GNP_OK;
+}
+
+/* ---- Temporary folders ---- */
+
+static void remove_files(int folder)
+{
+	int copy = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
+	for (struct dirent *entry; directory && (entry = readdir(directory));)
+		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+			unlinkat(folder, entry->d_name, 0);
+	if (directory)
+		closedir(directory);
+}
+
+/* One that a killed process left: ours, a minute old, and nobody has its lock. */
+static void remove_if_left(const char *parent, const char *name)
+{
+	enum { OLD = 60 };
+	char path[1024];
+	struct stat information;
+	if (snprintf(path, sizeof path, "%s/%s", parent, name) >= (int)sizeof path)
+		return;
+	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
+	if (folder < 0)
+		return;
+	if (fstat(folder, &information) == 0 && information.st_uid == geteuid() && time(NULL) - information.st_mtime > OLD) {
+		int lock = openat(folder, lock_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
+		if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
+			remove_files(folder);
+			rmdir(path);
+		}
+		if (lock >= 0)
+			close(lock);
+	}
+	close(folder);
+}
+
+static void remove_left(const char *parent)
+{
+	DIR *directory = opendir(parent);
+	for (struct dirent *entry; directory && (entry = readdir(directory));)
+		if (strncmp(entry->d_name, temporary_prefix, sizeof temporary_prefix - 1) == 0)
+			remove_if_left(parent, entry->d_name);
+	if (directory)
+		closedir(directory);
+}
+
+static gnp_status open_temporary(struct gnpd_job_store *store, struct gnp_error *error)
+{
+	const char *parent = getenv("TMPDIR");
+	char path[1024], chance[7] = "";
+	memset(chance, 'X', sizeof chance - 1); /* what mkdtemp replaces */
+	if (!parent || !*parent)
+		parent = "/tmp";
+	if (snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, chance) >= (int)sizeof path)
+		return fault(parent, ENAMETOOLONG, error);
+	remove_left(parent);
+	if (!mkdtemp(path))
+		return fault(path, errno, error);
+	gnp_status status = open_folder(path, false, store, error);
+	if (status != GNP_OK)
+		rmdir(path);
+	return status;
+}
+
+gnp_status gnpd_job_store_open(const char *path, struct gnpd_job_store *store, struct gnp_error *error)
+{
+	if (!*path)
+		return open_temporary(store, error);
+	gnp_status status = gnpd_job_store_check(path, error);
+	return status == GNP_OK ? open_folder(path, true, store, error) : status;
+}
+
+void gnpd_job_store_close(struct gnpd_job_store *store)
+{
+	if (!*store->path)
+		return;
+	if (store->temporary) {
+		remove_files(store->disk.folder);
+		rmdir(store->path);
+	}
+	close(store->lock);
+	close(store->disk.folder);
+	memset(store, 0, sizeof *store);
+}
+
+/* ---- Files of a job ---- */
+
+gnp_status gnpd_job_store_put(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, const struct gnp_piece *pieces,
+                              size_t count, struct gnp_error *error)
+{
+	char name[FILE_NAME];
+	file_name(id, file, name);
+	return gnpd_disk_put(&store->disk, name, pieces, count, error);
+}
+
+gnp_status gnpd_job_store_put_record(struct gnpd_job_store *store, const struct gnpd_job_record *record, struct gnp_error *error)
+{
+	struct gnp_buffer text = {0};
+	gnp_status status = gnpd_job_record_write(record, &text, error);
+	if (status == GNP_OK)
+		status = gnpd_job_store_put(store, record->id, GNPD_JOB_RECORD_FILE, &(struct gnp_piece){text.data, text.size}, 1, error);
+	gnp_buffer_clear(&text);
+	return status;
+}
+
+gnp_status gnpd_job_store_get(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, size_t most,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	char name[FILE_NAME];
+	file_name(id, file, name);
+	return gnpd_disk_get(&store->disk, name, most, buffer, error);
+}
+
+int gnpd_job_store_open_file(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, size_t *size)
+{
+	char name[FILE_NAME];
+	file_name(id, file, name);
+	return gnpd_disk_open(&store->disk, name, size);
+}
+
+gnp_status gnpd_job_store_remove(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, struct gnp_error *error)
+{
+	char name[FILE_NAME];
+	file_name(id, file, name);
+	return gnpd_disk_remove(&store->disk, name, error);
+}
+
+/* ---- Scanning ---- */
+
+struct names {
+	size_t count, capacity;
+	char (*items)[NAME_LENGTH];
+};
+
+static gnp_status add_name(struct names *names, const char *name, struct gnp_error *error)
+{
+	if (names->count == names->capacity) {
+		size_t capacity = names->capacity ? 2 * names->capacity : 64;
+		void *items = realloc(names->items, capacity * sizeof *names->items);
+		if (!items)
+			return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs-dir: no memory for %zu names", capacity);
+		names->items = items;
+		names->capacity = capacity;
+	}
+	snprintf(names->items[names->count++], NAME_LENGTH, "%s", name);
+	return GNP_OK;
+}
+
+static int compare_names(const void *a, const void *b)
+{
+	return strcmp(a, b);
+}
+
+static gnp_status list_names(const struct gnpd_job_store *store, struct names *names, struct gnp_error *error)
+{
+	int copy = openat(store->disk.folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
+	if (!directory) {
+		if (copy >= 0)
+			close(copy);
+		return fault(store->path, errno, error);
+	}
+	gnp_status status = GNP_OK;
+	for (struct dirent *entry; status == GNP_OK && (entry = readdir(directory));)
+		if (entry->d_name[0] != '.')
+			status = add_name(names, entry->d_name, error);
+	closedir(directory);
+	if (names->count)
+		qsort(names->items, names->count, sizeof *names->items, compare_names);
+	return status;
+}
+
+/* The id a name begins with, when it is that of a file of a job. */
+static bool name_parse(const char *name, char id[GNPD_JOB_ID + 1], enum gnpd_job_file *file)
+{
+	if (strlen(name) < GNPD_JOB_ID)
+		return false;
+	memcpy(id, name, GNPD_JOB_ID);
+	id[GNPD_JOB_ID] = '\0';
+	for (int f = 0; f < GNPD_JOB_FILES; f++) {
+		if (strcmp(name + GNPD_JOB_ID, suffixes[f]) == 0) {
+			*file = (enum gnpd_job_file)f;
+			return gnpd_job_id_valid(id);
+		}
+	}
+	return false;
+}
+
+static void set_aside(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, const char *why)
+{
+	for (int f = 0; f < GNPD_JOB_FILES; f++) {
+		char name[FILE_NAME], aside[FILE_NAME + sizeof damaged_suffix];
+		file_name(id, (enum gnpd_job_file)f, name);
+		snprintf(aside, sizeof aside, "%s%s", name, damaged_suffix);
+		renameat(store->disk.folder, name, store->disk.folder, aside);
+	}
+	gnpd_log_event(log, "error", "job %s: set aside as %s/%s.job%s: %s", id, store->path, id, damaged_suffix, why);
+}
+
+static void fail(struct gnpd_job_record *record, const char *what)
+{
+	struct timespec now;
+	clock_gettime(CLOCK_REALTIME, &now);
+	record->state = GNPD_JOB_FAILED;
+	record->error = GNP_STORAGE;
+	record->finished = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
+}
+
+/* What the record needs is there whole. */
+static void check_files(struct gnpd_job_store *store, struct gnpd_job_record *record)
+{
+	bool final = gnpd_job_state_is_final(record->state);
+	if (final && record->state != GNPD_JOB_SUCCEEDED)
+		return;
+	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
+	int fd = gnpd_job_store_open_file(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &size);
+	if (fd >= 0)
+		close(fd);
+	if (fd < 0 || size != wanted)
+		fail(record, final ? "result" : "body");
+}
+
+static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, struct gnpd_job_found *found,
+                              struct gnp_error *error)
+{
+	struct gnp_buffer text = {0};
+	struct gnp_error cause = {0};
+	struct gnpd_job_record *record = &found->records[found->count];
+	gnp_status status = gnpd_job_store_get(store, id, GNPD_JOB_RECORD_FILE, RECORD_MOST, &text, &cause);
+	if (status == GNP_OK)
+		status = gnpd_job_record_parse((const char *)text.data, text.size, record, &cause);
+	gnp_buffer_clear(&text);
+	if (status == GNP_OUT_OF_MEMORY)
+		return gnp_error_set(error, status, "%s", cause.text);
+	if (status == GNP_OK && strcmp(record->id, id) != 0) {
+		gnpd_job_record_clear(record);
+		status = gnp_error_set(&cause, GNP_INVALID_ARGUMENT, "record: it is that of another job");
+	}
+	if (status != GNP_OK) {
+		set_aside(store, id, log, cause.text);
+		found->damaged++;
+		return GNP_OK;
+	}
+	check_files(store, record);
+	found->count++;
+	return GNP_OK;
+}
+
+static int compare_records(const void *a, const void *b)
+{
+	return strcmp(((const struct gnpd_job_record *)a)->id, ((const struct gnpd_job_record *)b)->id);
+}
+
+static const struct gnpd_job_record *record_of(const struct gnpd_job_found *found, const char *id)
+{
+	struct gnpd_job_record key;
+	memcpy(key.id, id, sizeof key.id);
+	return found->count ? bsearch(&key, found->records, found->count, sizeof key, compare_records) : NULL;
+}
+
+/* Whether a job in this state still has use for the file. */
+static bool wanted(const struct gnpd_job_record *record, enum gnpd_job_file file)
+{
+	if (!record)
+		return false;
+	switch (file) {
+	case GNPD_JOB_RECORD_FILE: return true;
+	case GNPD_JOB_RESULT_FILE: return record->state == GNPD_JOB_SUCCEEDED;
+	default: return !gnpd_job_state_is_final(record->state);
+	}
+}
+
+static void tidy(struct gnpd_job_store *store, const char *name, const struct gnpd_job_found *found, struct gnpd_log *log)
+{
+	char id[GNPD_JOB_ID + 1];
+	enum gnpd_job_file file;
+	if (strcmp(name, lock_name) == 0 || ends_with(name, damaged_suffix))
+		return;
+	if (!ends_with(name, new_suffix) && !name_parse(name, id, &file)) {
+		gnpd_log_event(log, "warning", "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
+		return;
+	}
+	if (!ends_with(name, new_suffix) && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
+		return;
+	unlinkat(store->disk.folder, name, 0);
+}
+
+gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error)
+{
+	struct names names = {0};
+	struct gnpd_job_found made = {0};
+	gnp_status status = list_names(store, &names, error);
+	if (status == GNP_OK && !(made.records = calloc(names.count + 1, sizeof *made.records)))
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs-dir: no memory for %zu records", names.count);
+	for (size_t i = 0; i < names.count && status == GNP_OK; i++) {
+		char id[GNPD_JOB_ID + 1];
+		enum gnpd_job_file file;
+		if (name_parse(names.items[i], id, &file) && file == GNPD_JOB_RECORD_FILE)
+			status = read_record(store, id, log, &made, error);
+	}
+	for (size_t i = 0; i < names.count && status == GNP_OK; i++)
+		tidy(store, names.items[i], &made, log);
+	free(names.items);
+	if (status == GNP_OK) {
+		*found = made;
+		return GNP_OK;
+	}
+	for (size_t i = 0; i < made.count; i++)
+		gnpd_job_record_clear(&made.records[i]);
+	free(made.records);
+	return status;
+}

@@ -1,0 +1,35 @@
+#include "reply.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+void gnpd_reply_add(struct gnpd_reply *reply, const char *name, const char *format, ...)
+{
+	if (reply->header_count == GNPD_REPLY_HEADERS_MAX)
+		return;
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(reply->headers[reply->header_count].value, sizeof reply->headers[0].value, format, arguments);
+	va_end(arguments);
+	reply->headers[reply->header_count++].name = name;
+}
+
+size_t gnpd_reply_size(const struct gnpd_reply *reply)
+{
+	size_t size = reply->body.size;
+	for (size_t i = 0; i < reply->tail_count; i++)
+		size += reply->tails[i]->size;
+	return size + reply->file_size;
+}
+
+void gnpd_reply_clear(struct gnpd_reply *reply)
+{
+	if (reply->has_file)
+		close(reply->file);
+	gnp_buffer_clear(&reply->body);
+	free(reply->tails);
+	memset(reply, 0, sizeof *reply);
+}

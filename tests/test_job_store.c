@@ -1,0 +1,313 @@
+/* The folder of jobs: files whole or not at all whatever the disk does, one daemon at a time, and what a scan makes of what a process
+ * that was killed left behind. */
+#include "test.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "job_store.h"
+
+static char folder[64];
+static struct gnpd_log log_;
+
+static const char ID[] = "066121009272871a8efb27b8507d8c", OTHER[] = "066121009272881a8efb27b8507d8c";
+
+static void open_fresh(struct gnpd_job_store *store)
+{
+	strcpy(folder, "/tmp/gnpd-test.XXXXXX");
+	CHECK(mkdtemp(folder) != NULL);
+	CHECK(gnpd_job_store_open(folder, store, NULL) == GNP_OK);
+}
+
+static void close_and_remove(struct gnpd_job_store *store)
+{
+	char command[128];
+	gnpd_job_store_close(store);
+	snprintf(command, sizeof command, "rm -r %s", folder);
+	CHECK(system(command) == 0);
+}
+
+static bool is_there(const char *name)
+{
+	char path[256];
+	snprintf(path, sizeof path, "%s/%s", folder, name);
+	return access(path, F_OK) == 0;
+}
+
+static bool has(const char *id, const char *suffix)
+{
+	char name[128];
+	snprintf(name, sizeof name, "%s%s", id, suffix);
+	return is_there(name);
+}
+
+static void put_file(const char *id, const char *suffix, const char *text)
+{
+	char path[256];
+	snprintf(path, sizeof path, "%s/%s%s", folder, id, suffix);
+	FILE *file = fopen(path, "w");
+	CHECK(file && fputs(text, file) >= 0 && fclose(file) == 0);
+}
+
+static struct gnpd_job_record record_of(const char *id, enum gnpd_job_state state)
+{
+	struct gnpd_job_record record = {.state = state, .body_bytes = 4, .created = 1, .result_bytes = 6};
+	strcpy(record.id, id);
+	strcpy(record.operation, "estimate");
+	strcpy(record.codec, "file");
+	strcpy(record.fingerprint, "f");
+	if (gnpd_job_state_is_final(state)) {
+		record.finished = 2;
+		strcpy(record.result_type, "application/ply");
+		strcpy(record.result_hash, "h");
+	}
+	return record;
+}
+
+static void put(struct gnpd_job_store *store, const char *id, enum gnpd_job_state state)
+{
+	struct gnpd_job_record record = record_of(id, state);
+	CHECK(gnpd_job_store_put_record(store, &record, NULL) == GNP_OK);
+}
+
+static struct gnpd_job_found scanned(struct gnpd_job_store *store)
+{
+	struct gnpd_job_found found = {0};
+	CHECK(gnpd_job_store_scan(store, &log_, &found, NULL) == GNP_OK);
+	return found;
+}
+
+static void forget(struct gnpd_job_found *found)
+{
+	for (size_t i = 0; i < found->count; i++)
+		gnpd_job_record_clear(&found->records[i]);
+	free(found->records);
+}
+
+/* ---- A disk that fails: after `good` bytes, with `number`; errno 0: it takes no more bytes and gives no reason ---- */
+
+static size_t good_bytes;
+static int failure, syncs, good_syncs;
+
+static ssize_t failing_write(int fd, const void *data, size_t size)
+{
+	size_t most = size < 3 ? size : 3; /* short writes on the way */
+	if (good_bytes == 0) {
+		errno = failure;
+		return failure ? -1 : 0;
+	}
+	most = most < good_bytes ? most : good_bytes;
+	good_bytes -= most;
+	return write(fd, data, most);
+}
+
+static int failing_sync(int fd)
+{
+	(void)fd;
+	errno = EIO;
+	return syncs++ < good_syncs ? 0 : -1;
+}
+
+static gnp_status put_text(struct gnpd_job_store *store, const char *text, struct gnp_error *error)
+{
+	const struct gnp_piece pieces[] = {{text, 2}, {text + 2, strlen(text) - 2}};
+	return gnpd_job_store_put(store, ID, GNPD_JOB_RESULT_FILE, pieces, 2, error);
+}
+
+static void check_content(struct gnpd_job_store *store, const char *text)
+{
+	struct gnp_buffer buffer = {0};
+	CHECK(gnpd_job_store_get(store, ID, GNPD_JOB_RESULT_FILE, 100, &buffer, NULL) == GNP_OK);
+	CHECK(buffer.size == strlen(text) && memcmp(buffer.data, text, buffer.size) == 0);
+	gnp_buffer_clear(&buffer);
+}
+
+static void a_failing_write_leaves_what_was_there(void)
+{
+	static const struct {
+		int number;
+		gnp_status status;
+	} faults[] = {{ENOSPC, GNP_NO_SPACE}, {EDQUOT, GNP_NO_SPACE}, {EFBIG, GNP_NO_SPACE}, {EIO, GNP_STORAGE}, {0, GNP_NO_SPACE}};
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	CHECK(put_text(&store, "first one", NULL) == GNP_OK);
+	for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+		for (size_t good = 0; good < 10; good++) {
+			struct gnp_error error = {0};
+			failure = faults[i].number;
+			good_bytes = good;
+			store.disk.write = failing_write;
+			CHECK(put_text(&store, "second one", &error) == faults[i].status);
+			CHECK_CONTAINS(error.text, ".result: ");
+			CHECK_CONTAINS(error.text, "jobs-dir");
+			CHECK(!has(ID, ".result.new"));
+			check_content(&store, "first one");
+		}
+	}
+	good_bytes = 10;
+	CHECK(put_text(&store, "second one", NULL) == GNP_OK); /* in short writes */
+	check_content(&store, "second one");
+	close_and_remove(&store);
+}
+
+static void what_cannot_be_synced_is_not_there(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	CHECK(put_text(&store, "first one", NULL) == GNP_OK);
+	store.disk.sync = failing_sync;
+	syncs = good_syncs = 0;
+	CHECK(put_text(&store, "second one", NULL) == GNP_STORAGE);
+	check_content(&store, "first one");
+	CHECK(!has(ID, ".result.new"));
+	syncs = 0;
+	good_syncs = 1; /* the file's; the folder's fails */
+	CHECK(put_text(&store, "second one", NULL) == GNP_STORAGE);
+	CHECK(!has(ID, ".result") && !has(ID, ".result.new"));
+	close_and_remove(&store);
+}
+
+static void one_daemon_at_a_time(void)
+{
+	struct gnpd_job_store store, second;
+	struct gnp_error error = {0};
+	open_fresh(&store);
+	CHECK(gnpd_job_store_open(folder, &second, &error) == GNP_IO);
+	CHECK_CONTAINS(error.text, "another gnpd uses it");
+	CHECK_CONTAINS(error.text, folder);
+	gnpd_job_store_close(&store);
+	CHECK(gnpd_job_store_open(folder, &store, NULL) == GNP_OK);
+	close_and_remove(&store);
+}
+
+static void folders_that_will_not_do_are_refused(void)
+{
+	struct gnpd_job_store store;
+	struct gnp_error error = {0};
+	CHECK(gnpd_job_store_open("/nowhere/at/all", &store, &error) == GNP_IO);
+	CHECK_CONTAINS(error.text, "jobs-dir: /nowhere/at/all: No such file");
+	error = (struct gnp_error){0};
+	CHECK(gnpd_job_store_open("/proc/self/status", &store, &error) == GNP_IO);
+	CHECK_CONTAINS(error.text, "Not a directory");
+	error = (struct gnp_error){0};
+	CHECK(gnpd_job_store_open("/proc/self", &store, &error) == GNP_IO); /* nobody may write there, root included */
+	CHECK_CONTAINS(error.text, "jobs-dir: /proc/self: ");
+}
+
+static void temporary_folders_go_with_the_process(void)
+{
+	struct gnpd_job_store store;
+	char path[1024];
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK);
+	strcpy(path, store.path);
+	CHECK(put_text(&store, "something", NULL) == GNP_OK && access(path, F_OK) == 0);
+	gnpd_job_store_close(&store);
+	CHECK(access(path, F_OK) != 0);
+}
+
+/* ---- Scans ---- */
+
+static void jobs_are_found_in_order(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put(&store, OTHER, GNPD_JOB_RUNNING);
+	put(&store, ID, GNPD_JOB_SUCCEEDED);
+	put_file(OTHER, ".body", "four");
+	put_file(OTHER, ".checkpoint", "c");
+	put_file(ID, ".result", "sixsix");
+	put_file(ID, ".body", "four"); /* its job is over: of no use any more */
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 2 && found.damaged == 0);
+	CHECK_STRING(found.records[0].id, ID);
+	CHECK_STRING(found.records[1].id, OTHER);
+	CHECK(found.records[0].state == GNPD_JOB_SUCCEEDED && found.records[1].state == GNPD_JOB_RUNNING);
+	CHECK(has(OTHER, ".body") && has(OTHER, ".checkpoint") && has(ID, ".result") && !has(ID, ".body"));
+	forget(&found);
+	close_and_remove(&store);
+}
+
+static void half_files_and_orphans_are_removed(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put_file(ID, ".job.new", "half a rec");
+	put_file(ID, ".body", "no record: it was never acknowledged");
+	put_file(OTHER, ".result.new", "half");
+	put_file("notes", ".txt", "somebody's");
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 0 && found.damaged == 0);
+	CHECK(!has(ID, ".job.new") && !has(ID, ".body") && !has(OTHER, ".result.new"));
+	CHECK(is_there("notes.txt") && is_there("lock"));
+	forget(&found);
+	close_and_remove(&store);
+}
+
+static void damaged_records_are_set_aside(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put_file(ID, ".job", "gnpd-job 1 nonsense\n");
+	put_file(ID, ".body", "four");
+	put_file(OTHER, ".job", "");
+	for (int scan = 0; scan < 2; scan++) {
+		struct gnpd_job_found found = scanned(&store);
+		CHECK(found.count == 0 && found.damaged == (scan ? 0 : 2));
+		CHECK(!has(ID, ".job") && has(ID, ".job.damaged") && has(ID, ".body.damaged") && has(OTHER, ".job.damaged"));
+		forget(&found);
+	}
+	close_and_remove(&store);
+}
+
+/* A record under another job's name would let one job be taken for the other. */
+static void a_record_under_another_name_is_damaged(void)
+{
+	char from[256], to[256];
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put(&store, ID, GNPD_JOB_CANCELLED);
+	snprintf(from, sizeof from, "%s/%s.job", folder, ID);
+	snprintf(to, sizeof to, "%s/%s.job", folder, OTHER);
+	CHECK(rename(from, to) == 0);
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 0 && found.damaged == 1);
+	forget(&found);
+	close_and_remove(&store);
+}
+
+static void jobs_without_their_files_have_failed(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put(&store, ID, GNPD_JOB_QUEUED); /* no body */
+	put(&store, OTHER, GNPD_JOB_SUCCEEDED);
+	put_file(OTHER, ".result", "six"); /* half of it */
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 2);
+	for (size_t i = 0; i < found.count; i++) {
+		CHECK(found.records[i].state == GNPD_JOB_FAILED && found.records[i].error == GNP_STORAGE && found.records[i].finished > 0);
+		CHECK_CONTAINS(found.records[i].error_text, i ? "result was not there whole" : "body was not there whole");
+	}
+	CHECK(!has(OTHER, ".result"));
+	forget(&found);
+	close_and_remove(&store);
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {
+		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there),
+		TEST(one_daemon_at_a_time),                    TEST(folders_that_will_not_do_are_refused),
+		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
+		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
+		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
+	};
+	int nowhere = open("/dev/null", O_WRONLY);
+	gnpd_log_init(&log_, GNPD_LOG_TEXT, nowhere);
+	int status = RUN_TESTS(tests);
+	gnpd_log_fini(&log_);
+	close(nowhere);
+	return status;
+}
