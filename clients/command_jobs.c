@@ -5,10 +5,12 @@
 #include "command.h"
 #include "file_io.h"
 #include "job_client.h"
+#include "server_options.h"
 #include "session.h"
 
 static const struct gnp_option options[] = {
 	{"url", 0, "URL", "the server, for example http://127.0.0.1:8080"},
+	GNP_SERVER_OPTIONS,
 	{"output", 'o', "FILE", "fetch: where to write (default: standard output)"},
 	{"wait", 0, NULL, "show, fetch: wait for the end of the job first"},
 	{"state", 0, "NAME", "list: only those queued, running, succeeded, failed, cancelled or expired"},
@@ -137,7 +139,8 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 	struct gnp_session session;
 	struct gnp_job_server server = {.url = gnp_arguments_get(arguments, "url", NULL), .progress = &session.progress};
 	(void)command;
-	if (check(arguments, error) != GNP_OK || gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &server.with.timeout, error) != GNP_OK)
+	if (check(arguments, error) != GNP_OK || gnp_server_options_take(arguments, true, &server.with, error) != GNP_OK ||
+	    gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &server.with.timeout, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
 	gnp_status status = gnp_session_open(&session, GNP_NO_WORKERS, error);
 	if (status != GNP_OK)

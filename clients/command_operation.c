@@ -7,6 +7,7 @@
 #include "http_client.h"
 #include "job_client.h"
 #include "result.h"
+#include "server_options.h"
 #include "session.h"
 
 static const struct gnp_option client_options[] = {
@@ -17,8 +18,7 @@ static const struct gnp_option client_options[] = {
 	{"workers", 0, "N", "threads of local work (default: one a core)"},
 	{"weights-dir", 0, "DIR", "weights of local work (default: the installed ones, else ./weights)"},
 	{"url", 0, "URL", "have a server do it, for example http://127.0.0.1:8080"},
-	{"cacert", 0, "FILE", "certificates that show who the server is (default: the system's)"},
-	{"key", 0, "KEY", "key for the server (better in the environment variable GNP_KEY, which others do not see)"},
+	GNP_SERVER_OPTIONS,
 	{"timeout", 0, "SECONDS", "how long a server may take (default: no limit)"},
 	{"job", 0, NULL, "with --url: as a job of the server; prints its id"},
 	{"wait", 0, NULL, "with --job: wait for it and write its result"},
@@ -28,10 +28,10 @@ static const struct gnp_option client_options[] = {
 /* One invocation. */
 struct job {
 	const struct gnp_operation *operation;
-	const char *input, *output, *url, *input_format_name, *weights_dir, *key, *cacert;
+	const char *input, *output, *url, *input_format_name, *weights_dir;
 	enum gnp_format input_format, output_format;
 	uint64_t workers;
-	double timeout;
+	struct gnp_http_request server; /* key, cacert, timeout */
 	bool job, wait;
 	struct gnp_values parameters;
 	struct gnp_buffer body; /* the input file */
@@ -62,18 +62,6 @@ static gnp_status parse_parameters(const struct gnp_arguments *arguments, struct
 	return status;
 }
 
-/* Whom the server may be and what it is shown. A key in the environment is not about local work. */
-static gnp_status parse_server(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
-{
-	job->cacert = gnp_arguments_get(arguments, "cacert", NULL);
-	job->key = gnp_arguments_get(arguments, "key", NULL);
-	if (!job->url && (job->cacert || job->key))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is for a server, and there is no --url", job->key ? "key" : "cacert");
-	if (!job->key)
-		job->key = getenv("GNP_KEY");
-	return job->url && job->key && *job->key ? gnp_http_check_key(job->key, error) : GNP_OK;
-}
-
 static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *job, struct gnp_error *error)
 {
 	job->input = arguments->operands[0];
@@ -93,11 +81,11 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--job: needs --url, jobs are those of a server");
 	if (job->wait && !job->job)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--wait: needs --job");
-	gnp_status status = parse_server(arguments, job, error);
+	gnp_status status = gnp_server_options_take(arguments, job->url != NULL, &job->server, error);
 	if (status == GNP_OK)
 		status = gnp_arguments_integer(arguments, "workers", 1, 1024, &job->workers, error);
 	if (status == GNP_OK)
-		status = gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &job->timeout, error);
+		status = gnp_arguments_number(arguments, "timeout", 0.001, 1e6, &job->server.timeout, error);
 	if (status == GNP_OK)
 		status = gnp_file_format_out(gnp_arguments_get(arguments, "format", NULL), job->output, &job->output_format, error);
 	if (status == GNP_OK)
@@ -151,10 +139,12 @@ static gnp_status run_remote(struct job *job, struct gnp_session *session, struc
 	struct gnp_buffer url = {0};
 	gnp_status status = build_url(job, &url, error);
 	if (status == GNP_OK) {
-		struct gnp_http_request request = {.url = (const char *)url.data, .body = job->body.data, .size = job->body.size,
-		                                   .content_type = gnp_format_media_type(job->input_format),
-		                                   .accept = gnp_format_media_type(job->output_format), .timeout = job->timeout,
-		                                   .key = job->key, .cacert = job->cacert};
+		struct gnp_http_request request = job->server;
+		request.url = (const char *)url.data;
+		request.body = job->body.data;
+		request.size = job->body.size;
+		request.content_type = gnp_format_media_type(job->input_format);
+		request.accept = gnp_format_media_type(job->output_format);
 		status = gnp_http_post(&request, &session->progress, answer, error);
 	}
 	gnp_buffer_clear(&url);
@@ -164,7 +154,7 @@ static gnp_status run_remote(struct job *job, struct gnp_session *session, struc
 /* Submits; the answer is the id as a line, or what the job answers. */
 static gnp_status run_as_job(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
 {
-	const struct gnp_job_server server = {.url = job->url, .with = {.timeout = job->timeout}, .progress = &session->progress};
+	const struct gnp_job_server server = {.url = job->url, .with = job->server, .progress = &session->progress};
 	char id[GNP_JOB_ID_MAX];
 	struct gnp_buffer json = {0};
 	gnp_status status = run_remote(job, session, &json, error);

@@ -58,14 +58,15 @@ struct kind {
 static void fill(struct gnpd_request *request, const struct kind *kind)
 {
 	strcpy(request->method, kind->size ? "POST" : "GET");
-	request->content_type = kind->content_type;
-	request->content_encoding = kind->encoding;
-	request->inference_length = kind->inference_length[0] ? kind->inference_length : NULL;
-	request->deadline = gnp_clock() + 60;
-	request->body.data = __real_malloc(kind->size ? kind->size : 1);
-	request->body.size = request->body.capacity = kind->size;
+	struct gnpd_work *work = &request->work;
+	work->content_type = kind->content_type;
+	work->content_encoding = kind->encoding;
+	work->inference_length = kind->inference_length[0] ? kind->inference_length : NULL;
+	work->query = request->target.query;
+	work->body.data = __real_malloc(kind->size ? kind->size : 1);
+	work->body.size = work->body.capacity = kind->size;
 	if (kind->size)
-		memcpy(request->body.data, kind->body, kind->size);
+		memcpy(work->body.data, kind->body, kind->size);
 }
 
 static void check_reply(const struct gnpd_request *request, long number)
@@ -95,8 +96,12 @@ static int handle(const struct kind *kind, long number, long count)
 		fill(request, kind);
 		status = gnpd_routes_match(request, &error);
 	}
-	if (status == GNP_OK)
+	if (status == GNP_OK) {
+		request->work.operation = request->model ? gnp_operation_find(request->model) : NULL;
+		request->work.codec = gnpd_routes_codec(request->route);
+		gnpd_work_begin(&request->work, 60, NULL);
 		status = request->route->handler(request, &error);
+	}
 	error.status = status;
 	if (request && status != GNP_OK)
 		gnpd_reply_error(request, &error);
@@ -254,7 +259,7 @@ static bool start(char *folder)
 	gnpd_config_defaults(&config);
 	config.access_log = false;
 	snprintf(config.weights_dir, sizeof config.weights_dir, "%s", folder);
-	gnpd_log_init(&server.log, GNPD_LOG_TEXT, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
+	gnpd_log_init(&server.log, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
 	gnpd_metrics_init(&server.metrics);
 	gnp_json_memory_init();
 	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.pool, NULL) == GNP_OK &&
