@@ -34,7 +34,7 @@ static struct gnpd_job *find_due(struct gnpd_jobs *jobs, bool *remove)
 	return due;
 }
 
-/* disk is held. The result goes first: its room may be what the record needs. A job that cannot even be called expired is removed. */
+/* disk is held. Its files go first: their room may be what the record needs. A job that cannot even be called expired is removed. */
 static void expire(struct gnpd_jobs *jobs, struct gnpd_job *job)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(job);
@@ -42,7 +42,8 @@ static void expire(struct gnpd_jobs *jobs, struct gnpd_job *job)
 	if (job->removed)
 		return;
 	next.state = GNPD_JOB_EXPIRED;
-	gnpd_job_let_go(job, GNPD_JOB_RESULT_FILE);
+	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
+		gnpd_job_let_go(job, (enum gnpd_job_file)file);
 	if (gnpd_job_store_put_record(&jobs->store, &next, &error) == GNP_OK) {
 		gnpd_job_publish(job, &next);
 		return;

@@ -311,7 +311,8 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 	return status;
 }
 
-/* The body goes before the record is written, where there is no room for it otherwise. */
+/* Where even that it failed cannot be written the body stays, for a later process to try again; what was cancelled is not tried again, so
+ * that its body may make room for the record. */
 static void fail(struct run *run, gnp_status status, const struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
@@ -323,12 +324,11 @@ static void fail(struct run *run, gnp_status status, const struct gnp_error *err
 		next.error = status;
 		snprintf(next.error_text, sizeof next.error_text, "%s", error->text);
 	}
-	if (gnpd_job_commit(run->job, &next, NULL) == GNP_OK) {
+	bool written = gnpd_job_commit(run->job, &next, NULL) == GNP_OK;
+	if (written || status == GNP_CANCELLED)
 		clean(run);
-		return;
-	}
-	clean(run);
-	gnpd_job_commit_anyway(run->job, &next);
+	if (!written)
+		gnpd_job_commit_anyway(run->job, &next);
 }
 
 /* For the next process: as if this run had never been, but for its checkpoint. */

@@ -305,7 +305,7 @@ int main(int argc, char **argv)
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
-	gnpd_log_init(&log_, GNPD_LOG_TEXT, nowhere);
+	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_ERROR, nowhere);
 	int status = RUN_TESTS(tests);
 	gnpd_log_fini(&log_);
 	close(nowhere);
