@@ -31,15 +31,15 @@ static const struct gnpd_route routes[] = {
 
 /* Without keys for what only reads: the listener is out of reach of others, or asks for keys where it changes or shows more. */
 static const struct gnpd_route admin_routes[] = {
-	{"GET", "/v2", gnpd_v2_server, false, GNPD_LABEL_METADATA, GNPD_SCOPE_NONE},
-	{"GET", "/v2/health/live", gnpd_system_live, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/v2/health/ready", gnpd_system_ready, false, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
-	{"GET", "/metrics", gnpd_system_metrics, false, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
-	{"GET", "/admin/reload", gnpd_admin_reloaded, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
-	{"POST", "/admin/reload", gnpd_admin_reload, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
-	{"GET", "/admin/log-level", gnpd_admin_log_level, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
-	{"PUT", "/admin/log-level", gnpd_admin_set_log_level, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
-	{"GET", "/admin/config", gnpd_admin_config, false, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"GET", "/v2", gnpd_v2_server, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/live", gnpd_system_live, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/v2/health/ready", gnpd_system_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
+	{"GET", "/metrics", gnpd_system_metrics, GNPD_AT_ONCE, GNPD_LABEL_METRICS, GNPD_SCOPE_NONE},
+	{"GET", "/admin/reload", gnpd_admin_reloaded, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"POST", "/admin/reload", gnpd_admin_reload, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"GET", "/admin/log-level", gnpd_admin_log_level, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"PUT", "/admin/log-level", gnpd_admin_set_log_level, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"GET", "/admin/config", gnpd_admin_config, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
 };
 
 enum { ROUTES = sizeof routes / sizeof routes[0], ADMIN_ROUTES = sizeof admin_routes / sizeof admin_routes[0] };
