@@ -89,6 +89,7 @@ static void poisson_solves_for_harmonics(void)
 		CHECK(number(&response, "right_hand_sides") == 2 && number(&response, "components") == 1 && number(&response, "operator_bytes") > 0);
 		CHECK_STRING(text(&response, "solver"), k == 2 ? "iterative" : "direct");
 		CHECK(!text(&response, "warnings")[0]);
+		CHECK_NEAR(number(&response, "energy"), 1, 0.02);
 		end(&request, &response);
 	}
 }
@@ -106,6 +107,21 @@ static void a_mean_is_taken_off_and_told(void)
 	check_harmonics(&request, output(&response, "solution", GNP_FP64, COUNT, 2), 1, 1, 2e-3);
 	CHECK_NEAR(gnp_tensor_get(output(&response, "mean", GNP_FP64, 2, 0), 0), 5, 1e-2);
 	CHECK_CONTAINS(text(&response, "warnings"), "1 of 2 right-hand sides had no zero mean");
+	end(&request, &response);
+}
+
+/* Points so far off the sphere, in and out by turns, that neighbours say nothing of the surface. */
+static void a_solution_not_to_be_believed_is_told(void)
+{
+	struct gnp_request request = begin("estimator=gmls k=50 degree=4 basis=total");
+	struct gnp_response response = {0};
+	add_harmonics(&request, "source", 2, 6);
+	double *points = gnp_tensors_find(&request.inputs, "points")->data;
+	for (size_t i = 0; i < 3 * COUNT; i++)
+		points[i] *= 1 + 0.1 * sin(3.7 * (double)(i / 3));
+	run_well("poisson", &request, &response);
+	CHECK(number(&response, "energy") > 1.5);
+	CHECK_CONTAINS(text(&response, "warnings"), "2 of 2 solutions are not to be believed: their energy is up to ");
 	end(&request, &response);
 }
 
@@ -259,7 +275,7 @@ static void laplacian_comes_as_rows_and_as_matrix_market(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(poisson_solves_for_harmonics), TEST(a_mean_is_taken_off_and_told), TEST(screening_and_given_values),
+	static const struct test tests[] = {TEST(poisson_solves_for_harmonics), TEST(a_mean_is_taken_off_and_told), TEST(a_solution_not_to_be_believed_is_told), TEST(screening_and_given_values),
 	                                    TEST(bad_inputs_are_named), TEST(operators_are_kept_between_requests), TEST(heat_decays_by_its_law),
 	                                    TEST(geodesics_are_great_circles), TEST(spectrum_is_the_spheres),
 	                                    TEST(laplacian_comes_as_rows_and_as_matrix_market)};
