@@ -161,7 +161,8 @@ def come_and_go(server, count):
 
 
 def slow_readers(server, count, reply_seconds):
-    """A large answer is asked for and not read, or a byte a second: it is cut after reply_seconds, and hurts nobody."""
+    """A large answer is asked for and not read, or a byte a second: it is cut after reply_seconds, and hurts nobody. A sanitizer's smaller
+    one may fit the sockets' buffers: the server needs idle-seconds as short."""
     request = estimate_request(30_000 if SLOW == 1 else 8_000, quantities="all")
     readers = []
     for _ in range(count):

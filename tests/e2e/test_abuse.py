@@ -15,7 +15,7 @@ def test_a_thousand_connections_come_and_go():
 
 
 def test_slow_readers_are_cut():
-    with harness.Server(reply_seconds=1, workers=2) as server:
+    with harness.Server(reply_seconds=1, idle_seconds=1, workers=2) as server:
         before = abuse.settle(server)
         abuse.slow_readers(server, 6, 1)
         abuse.check_given_back(server, before, 256 << 20)

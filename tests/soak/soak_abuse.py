@@ -41,7 +41,7 @@ def soak_slow_senders():
 
 
 def soak_slow_readers():
-    with harness.Server(reply_seconds=5, workers=2) as server:
+    with harness.Server(reply_seconds=5, idle_seconds=5, workers=2) as server:
         before = abuse.settle(server)
         abuse.slow_readers(server, 60 // FEW, 5)
         return "%s, before %s" % (abuse.check_given_back(server, before, 320 << 20), before)
