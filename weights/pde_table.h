@@ -18,6 +18,7 @@ struct gnp_pde_cell {
 
 struct gnp_pde_table {
 	size_t points, solutions;
+	double along[GNP_PDE_SHAPES]; /* error under noise that moves points along the exact surface alone; NAN: not run */
 	struct gnp_pde_cell cell[GNP_PDE_SHAPES][GNP_REGIMES][GNP_PDE_ESTIMATORS][GNP_PDE_SYSTEMS];
 	size_t sizes[GNP_PDE_SIZES];               /* of the convergence on the bumpy torus; 0: not run */
 	double convergence[GNP_PDE_SIZES];         /* errors by gnp, square, clean */
