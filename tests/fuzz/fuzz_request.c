@@ -2,9 +2,11 @@
  * reads the body is done here, then the query becomes parameters of the operation, and an error is answered. */
 #include <jansson.h>
 
+#include "duration.h"
 #include "fuzz.h"
 #include "oip.h"
 #include "operation.h"
+#include "range.h"
 #include "request.h"
 #include "routes.h"
 #include "server.h"
@@ -28,11 +30,13 @@ static void take_header(struct head *head, char *line)
 	if (!value)
 		return;
 	if (strcasecmp(line, "Content-Type") == 0)
-		head->request->content_type = value;
+		head->request->work.content_type = value;
 	else if (strcasecmp(line, "Accept") == 0)
-		head->request->accept = value;
+		head->request->work.accept = value;
 	else if (strcasecmp(line, "Inference-Header-Content-Length") == 0)
-		head->request->inference_length = value;
+		head->request->work.inference_length = value;
+	else if (strcasecmp(line, "Range") == 0)
+		head->request->range = value;
 	else if (strcasecmp(line, "X-Request-Id") == 0)
 		head->id = value;
 }
@@ -53,12 +57,24 @@ static void check_headers(const struct gnpd_request *request)
 {
 	enum gnp_format format = GNP_FORMAT_PLY;
 	size_t length;
-	if (request->content_type && gnp_format_by_media_type(request->content_type, &format))
+	if (request->work.content_type && gnp_format_by_media_type(request->work.content_type, &format))
 		FUZZ_REQUIRE(format < GNP_FORMAT_COUNT);
-	if (request->accept && gnp_format_by_accept(request->accept, &format))
+	if (request->work.accept && gnp_format_by_accept(request->work.accept, &format))
 		FUZZ_REQUIRE(gnp_format_writable(format));
-	if (request->inference_length && gnp_oip_header_length(request->inference_length, 100, &length, NULL) == GNP_OK)
+	if (request->work.inference_length && gnp_oip_header_length(request->work.inference_length, 100, &length, NULL) == GNP_OK)
 		FUZZ_REQUIRE(length <= 100);
+	size_t first, count;
+	if (gnpd_range_parse(request->range, 100, &first, &count) == GNPD_RANGE_PART)
+		FUZZ_REQUIRE(count > 0 && first < 100 && count <= 100 - first);
+}
+
+/* ?wait= and ?timeout= are lengths of time. */
+static void check_durations(const struct gnp_values *parameters)
+{
+	double seconds;
+	for (size_t i = 0; i < parameters->count; i++)
+		if (parameters->items[i].string && gnpd_duration_parse("wait", parameters->items[i].string, &seconds, NULL) == GNP_OK)
+			FUZZ_REQUIRE(seconds >= 0 && seconds < 1e300);
 }
 
 /* The query as parameters of the operation the path names, on a cloud of zeros. */
@@ -67,13 +83,14 @@ static gnp_status check_query(struct gnpd_request *request, struct gnp_error *er
 	const size_t shape[] = {20, 3};
 	struct gnp_tensor *points;
 	const struct gnp_operation *operation = request->model ? gnp_operation_find(request->model) : NULL;
-	gnp_status status = gnpd_query_parse(request->target.query, &request->message.parameters, error);
-	FUZZ_REQUIRE(request->message.parameters.count <= GNPD_QUERY_MAX);
+	gnp_status status = gnpd_query_parse(request->target.query, &request->work.message.parameters, error);
+	FUZZ_REQUIRE(request->work.message.parameters.count <= GNPD_QUERY_MAX);
+	check_durations(&request->work.message.parameters);
 	if (status != GNP_OK || !operation)
 		return status;
-	FUZZ_REQUIRE(gnp_tensors_add(&request->message.inputs, "points", GNP_FP32, 2, shape, &points, NULL) == GNP_OK);
+	FUZZ_REQUIRE(gnp_tensors_add(&request->work.message.inputs, "points", GNP_FP32, 2, shape, &points, NULL) == GNP_OK);
 	memset(points->data, 0, points->size);
-	return gnp_call_prepare(operation, &request->message, NULL, &request->call, error);
+	return gnp_call_prepare(operation, &request->work.message, NULL, &request->work.call, error);
 }
 
 static void handle(struct gnpd_request *request, char *line, char *rest, struct gnp_error *error)
@@ -110,7 +127,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 		*end = '\0';
 	handle(&request, text, end ? end + 1 : text + strlen(text), &error);
 	gnp_buffer_clear(&request.reply.body);
-	gnp_request_clear(&request.message);
+	gnp_request_clear(&request.work.message);
 	gnpd_target_clear(&request.target);
 	free(text);
 	return 0;
