@@ -254,6 +254,13 @@ static void what_takes_no_body(void)
 	sweep(&(struct kind){.uri = "/v1/estimate?k=%41&k=2", .body = "ply\n", .size = 4, .code = 400});
 }
 
+/* What is told of jobs; e2e/test_exhaustion.py submits some. */
+static void jobs(void)
+{
+	sweep(&(struct kind){.uri = "/v1/jobs?limit=3", .code = 200});
+	sweep(&(struct kind){.uri = "/v1/jobs/066121009272871a8efb27b8507d8c?wait=1s", .code = 404});
+}
+
 static bool start(char *folder)
 {
 	gnpd_config_defaults(&config);
@@ -264,17 +271,21 @@ static bool start(char *folder)
 	gnp_json_memory_init();
 	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.pool, NULL) == GNP_OK &&
 	       gnpd_loader_create(&server, &server.loader, NULL) == GNP_OK && gnp_prepared_cache_create(0, &server.cache, NULL) == GNP_OK &&
-	       gnpd_queue_create(1, 10, 1u << 30, &server.queue, NULL) == GNP_OK;
+	       gnpd_queue_create(1, 10, 1u << 30, &server.queue, NULL) == GNP_OK && gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
+	       gnpd_watchers_create(&server, &server.watchers, NULL) == GNP_OK && gnpd_jobs_create(&server, &server.jobs, NULL) == GNP_OK;
 }
 
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(files_in_and_out), TEST(files_in), TEST(compressed_bodies), TEST(inference), TEST(operations),
-	                                    TEST(what_takes_no_body)};
+	                                    TEST(what_takes_no_body), TEST(jobs)};
 	char folder[] = "/tmp/gnpd-exhaustion.XXXXXX";
 	if (!mkdtemp(folder) || !start(folder))
 		return 2;
 	int failed = RUN_TESTS(tests);
+	gnpd_jobs_free(server.jobs);
+	gnpd_watchers_free(server.watchers);
+	gnpd_guard_free(server.guard);
 	gnpd_queue_free(server.queue);
 	gnp_prepared_cache_free(server.cache);
 	gnpd_loader_free(server.loader);

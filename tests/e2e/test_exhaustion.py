@@ -17,6 +17,36 @@ def test_memory_runs_out_in_every_kind_of_request():
         sweep_all(reserve)
 
 
+def test_memory_runs_out_under_jobs():
+    """A job that was acknowledged ends, with its answer or with the reason why there is none."""
+    if harness.SLOW > 1:
+        return
+    failing = exhaustion.Failing()
+    request = exhaustion.kinds()["ply"].replace(b"POST /v1/", b"POST /v1/jobs/", 1)
+    states = {"succeeded": 0, "failed": 0}
+    with harness.Server(environment=failing.environment(False), workers=1, runners=1, job_runners=1, http_threads=1) as server:
+        for number in range(0, 1200, 29):
+            failing.fail(number, 1)
+            try:
+                with server.connect() as s:
+                    s.sendall(request)
+                    answer = harness.read_response(s, "POST")
+            except (ConnectionError, OSError, IndexError) as fault:
+                assert not isinstance(fault, TimeoutError), number
+                continue
+            finally:
+                time.sleep(0.02)  # what the job itself asks for fails as well
+                failing.stop()
+            assert answer.status in (202, 503), (number, answer.status, answer.text)
+            if answer.status != 202:
+                continue
+            job = server.request("GET", answer.headers["location"] + "?wait=10s").json
+            assert job["state"] in states, (number, job)
+            assert job["state"] == "succeeded" or job["error"]["code"] == "out_of_memory", (number, job)
+            states[job["state"]] += 1
+        assert states["succeeded"] > 3, states
+
+
 def silent_connections(server, failing):
     """One for which there was no memory was watched over by nobody: it could stay for ever without a word. It is closed, or it works."""
     for number in range(8):
