@@ -30,7 +30,7 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 		double tangents[2][3], last = found.distance[at + count - 1];
 		struct gnp_cell cell;
 		gnp_cell_make(prepared->points, prepared->normals, i, found.index + at, count, tangents, &cell);
-		work->area[i] = cell.area > 0 ? cell.area : fmax(last * last, 1e-300);
+		work->area[i] = gnp_cell_share(&cell, last);
 		if (cell.open)
 			atomic_fetch_add_explicit(&work->open, 1, memory_order_relaxed);
 	}

@@ -204,3 +204,8 @@ void gnp_cell_make(const double *points, const double *normals, size_t centre, c
 	measure(&polygon, out);
 	take_edges(&polygon, &plane, out);
 }
+
+double gnp_cell_share(const struct gnp_cell *cell, double last)
+{
+	return cell->area > 0 ? cell->area : fmax(last * last, 1e-300);
+}

@@ -35,6 +35,9 @@ struct gnp_cell {
 void gnp_cell_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
                    double tangents[2][3], struct gnp_cell *out);
 
+/* What the point stands for: the cell's area, or where it is alone on its sheet the square of the distance to the last neighbour looked at. > 0 */
+double gnp_cell_share(const struct gnp_cell *cell, double last);
+
 /* Two unit vectors t1, t2 with t1 x t2 = n, the same for the same n. */
 void gnp_tangents_of(const double n[3], double tangents[2][3]);
 

@@ -2,7 +2,7 @@
  * R^2 = R0^2 - 2 t, cylinders by R0^2 - t.
  *
  * Lengths that are NAN in the options follow the cloud: its spacing h is the root of the mean area of its points' Voronoi cells in
- * their tangent planes at the start. The defaults are the paper's absolute values (dt 1e-4, r0 0.00667, r1 0.005) on its shapes of
+ * their tangent planes at the start, but for cells of more than 16 times the median. The defaults are the paper's absolute values (dt 1e-4, r0 0.00667, r1 0.005) on its shapes of
  * 100,000 points, whose spacing is 0.0112: dt = 0.8 h^2, r0 = 0.6 h, r1 = 0.45 h. Explicit steps are stable up to about 2 h^2 of the
  * densest points, so that a dt left open follows these as they crowd together; one that is given stays what it is. */
 #ifndef GNP_CORE_FLOW_H
@@ -50,7 +50,7 @@ enum gnp_flow_stop {
 	GNP_FLOW_SPACING,     /* points too far apart to tell the surface */
 	GNP_FLOW_UNSTABLE,    /* points move past their neighbours, or to and fro: dt is too large, or the curvature is noise */
 	GNP_FLOW_NOT_FINITE,  /* the estimate has no finite value somewhere */
-	GNP_FLOW_VANISHED     /* fewer points left than a neighbourhood has */
+	GNP_FLOW_VANISHED     /* fewer points left than a neighbourhood has, or a millionth of the area */
 };
 /* Its word in reports: steps, singularity, spacing, unstable, not_finite, vanished. */
 const char *gnp_flow_stop_name(enum gnp_flow_stop stop);

@@ -37,7 +37,7 @@ static gnp_status check_length(const char *name, double value, struct gnp_error 
 {
 	if (isnan(value) || (value >= 0 && value <= 1e100))
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0", name, value);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
 }
 
 static gnp_status check_share(const char *name, double value, struct gnp_error *error)

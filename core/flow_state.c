@@ -246,7 +246,7 @@ static void look_about(const struct ring *ring, size_t i, const uint32_t *index,
 	struct gnp_cell cell;
 	gnp_cell_make(state->points, state->normals, i, index, count, tangents, &cell);
 	state->apart[i] = count > 1 ? distance[1] : INFINITY;
-	state->area[i] = cell.area > 0 ? cell.area : fmax(distance[count - 1] * distance[count - 1], 1e-300); /* alone on its sheet */
+	state->area[i] = gnp_cell_share(&cell, distance[count - 1]);
 	state->gap[i] = cell.hole ? cell.gap : 0;
 	for (size_t c = 0; c < 3; c++)
 		state->corner[3 * i + c] = cell.corner[0] * tangents[0][c] + cell.corner[1] * tangents[1][c];
