@@ -23,13 +23,13 @@ gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, 
 	return gnp_common_resolve(&o->core.laplacian.domain.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
-/* As measured at 100,000 and 1,000,000 points with 30 points a stencil; the factor of a square system grows a little faster than the points,
- * and with its stencils. */
+/* A little above what was measured from 20,000 to 1,000,000 points: of direct solvers bytes per point with 30 points a stencil, of which there
+ * are more as stencils grow (degrees 2 to 7, and 150 points). */
 size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides)
 {
-	enum { DIRECT = 10000, LEAST_SQUARES = 22000, ITERATIVE = 5000, SIDE = 40, DIRECT_MOST = 250000 };
+	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, DIRECT_MOST = 250000 };
 	bool direct = options->core.solver == GNP_SOLVER_DIRECT || (options->core.solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
-	size_t width = !direct ? ITERATIVE : options->core.laplacian.system == GNP_SYSTEM_SQUARE ? DIRECT : LEAST_SQUARES;
+	size_t width = !direct ? ITERATIVE : options->core.laplacian.system == GNP_SYSTEM_SQUARE ? SQUARE : LEAST_SQUARES;
 	width = direct ? width / 30 * gnp_laplacian_neighbors(&options->core.laplacian) : width;
 	size_t estimate = gnp_estimate_memory(points, &options->core.laplacian.domain.estimate);
 	return gnp_common_memory(points, width + SIDE * sides, estimate);

@@ -91,9 +91,9 @@ static gnp_status solve(const struct gnp_sample *sample, const struct gnp_poisso
 	for (size_t i = 0; i < n; i++)
 		solution[i] = solution[i * sides];
 	if (status == GNP_OK)
-		printf("  error %.3e  residual %.2e  misfit %.2e  mean %.2e%s  iterations %zu  %zu sides %.4f s, %.4f s each\n",
+		printf("  error %.3e  residual %.2e  misfit %.2e  mean %.2e%s  energy %.3f  iterations %zu  %zu sides %.4f s, %.4f s each\n",
 		       relative_error_without_mean(solution, value, n), reports->residual, reports->misfit, reports->mean,
-		       reports->mean_removed ? " (removed)" : "", reports->iterations, sides, seconds, seconds / (double)sides);
+		       reports->mean_removed ? " (removed)" : "", reports->energy, reports->iterations, sides, seconds, seconds / (double)sides);
 	free(value);
 	free(source);
 	free(solution);
@@ -135,7 +135,7 @@ static gnp_status run(const char *shape, size_t count, const struct wanted *want
 
 int main(int argc, char **argv)
 {
-	struct wanted wanted = {.k = 50, .cover = GNP_COVER_ALL, .estimator = GNP_ESTIMATOR_GMLS, .degree = 4, .sides = 1, .seed = 7};
+	struct wanted wanted = {.k = 50, .cover = GNP_COVER_ALL, .estimator = GNP_ESTIMATOR_GMLS, .sides = 1, .seed = 7};
 	struct gnp_pool *pool = NULL;
 	struct gnp_error error = {0};
 	gnp_linalg_restart(argv);
