@@ -1,4 +1,4 @@
-/* A job and the table of them, for jobs.c, job_recover.c, job_run.c and job_clerk.c alone.
+/* A job and the table of them, for jobs.c and the files job_table, job_submit, job_recover, job_run and job_clerk alone.
  *
  * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
  * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
@@ -48,11 +48,15 @@ int64_t gnpd_jobs_now(void); /* microseconds since the epoch */
 
 /* Lock held, or nobody else about. Puts a job into the table, which holds a reference. */
 gnp_status gnpd_jobs_insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp_error *error);
+/* Lock held. Takes it out again and gives the table's reference up. */
+void gnpd_jobs_take_out(struct gnpd_jobs *jobs, struct gnpd_job *job);
 void gnpd_job_free(struct gnpd_job *job);
 
 /* job_recover.c: takes up what the store holds. */
 gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error);
 
+/* To the store alone. */
+gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
 /* Writes the record; on success it is the job's, else the job keeps its old one. */
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
 /* The same, and what cannot be written is the job's in memory nevertheless. Says so in the log. */
@@ -72,6 +76,8 @@ void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file);
 /* Removes the job, which is over, with its files. disk is held. */
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);
 
+/* Into the runners' queue, with a reference of its own; a queue that was closed leaves the job to the next process. */
+void gnpd_job_enqueue(struct gnpd_job *job);
 /* job_run.c: what the queue calls. */
 void gnpd_job_run(struct gnpd_queued *queued);
 /* job_clerk.c */
