@@ -259,7 +259,7 @@ static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 {
 	size_t steps = (size_t)flow->options->steps;
 	gnp_task_stage(flow->task, GNP_STAGE_FLOW, steps);
-	gnp_task_advance(flow->task, flow->result.steps);
+	gnp_task_skip(flow->task, flow->result.steps);
 	for (size_t step = flow->result.steps + 1; step <= steps; step++) {
 		bool stopped = !may_go_on(flow);
 		gnp_status status = stopped ? GNP_OK : advance(flow, step, &stopped, error);

@@ -22,6 +22,7 @@ void gnp_task_init(struct gnp_task *task)
 	atomic_init(&task->stage, GNP_STAGE_WAITING);
 	atomic_init(&task->done, 0);
 	atomic_init(&task->total, 0);
+	atomic_init(&task->skipped, 0);
 	atomic_init(&task->served, 0);
 	task->started = gnp_clock();
 	for (int i = 0; i < GNP_STAGE_COUNT; i++)
@@ -84,6 +85,7 @@ void gnp_task_stage(struct gnp_task *task, enum gnp_stage stage, size_t total)
 	task->seconds[atomic_load(&task->stage)] += now - task->started;
 	task->started = now;
 	atomic_store(&task->done, 0);
+	atomic_store(&task->skipped, 0);
 	atomic_store(&task->total, total);
 	atomic_store(&task->stage, (int)stage);
 }
@@ -92,6 +94,14 @@ void gnp_task_advance(struct gnp_task *task, size_t items)
 {
 	if (task)
 		atomic_fetch_add_explicit(&task->done, items, memory_order_relaxed);
+}
+
+void gnp_task_skip(struct gnp_task *task, size_t items)
+{
+	if (!task)
+		return;
+	atomic_store(&task->skipped, items);
+	gnp_task_advance(task, items);
 }
 
 void gnp_task_rebook(struct gnp_task *task, enum gnp_stage from, enum gnp_stage to, double seconds)

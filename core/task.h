@@ -41,6 +41,7 @@ struct gnp_task {
 	atomic_int cancelled;      /* 0, or the gnp_status to stop with */
 	atomic_int stage;          /* enum gnp_stage */
 	atomic_size_t done, total; /* work items of the current stage */
+	atomic_size_t skipped;     /* of those done: done before this task began */
 	atomic_uint_fast64_t served; /* nanoseconds of the pool's workers, of this task and its parts */
 	double started;            /* monotonic seconds when the current stage began (coordinator only) */
 	double seconds[GNP_STAGE_COUNT]; /* wall seconds spent in each finished stage (coordinator only) */
@@ -65,6 +66,8 @@ gnp_status gnp_task_check(const struct gnp_task *task, struct gnp_error *error);
 /* Coordinator: closes the current stage's clock and opens the next. total may be 0 when unknown. task may be NULL. */
 void gnp_task_stage(struct gnp_task *task, enum gnp_stage stage, size_t total);
 void gnp_task_advance(struct gnp_task *task, size_t items);
+/* Coordinator: the same for items that an earlier task did, which say nothing of this one's pace. */
+void gnp_task_skip(struct gnp_task *task, size_t items);
 
 /* Workers: books nanoseconds spent on a chunk; task may be NULL. What the task and those it is a part of have had, of the outermost. */
 void gnp_task_serve(struct gnp_task *task, uint64_t nanoseconds);

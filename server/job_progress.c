@@ -13,6 +13,13 @@ static const struct {
 /* Less than this is no measure of the rest. */
 static const double LEAST = 0.05;
 
+/* The share of the whole that was there before: what a flow took from its checkpoint. */
+static double skipped_of(const struct gnp_task *task, enum gnp_stage stage)
+{
+	size_t skipped = atomic_load(&task->skipped), total = atomic_load(&task->total);
+	return skipped && total ? (shares[stage].to - shares[stage].from) * (double)skipped / (double)total : 0;
+}
+
 struct gnpd_job_progress gnpd_job_progress_of(const struct gnp_task *task, double elapsed, const struct gnpd_job_progress *before)
 {
 	enum gnp_stage stage = gnp_task_current(task);
@@ -24,7 +31,8 @@ struct gnpd_job_progress gnpd_job_progress_of(const struct gnp_task *task, doubl
 	now.fraction = shares[stage].from + (shares[stage].to - shares[stage].from) * gnp_task_fraction(task);
 	if (now.fraction < before->fraction)
 		now.fraction = before->fraction;
-	if (now.fraction >= LEAST && elapsed > 0)
-		now.eta = elapsed * (1 - now.fraction) / now.fraction;
+	double gained = now.fraction - skipped_of(task, stage);
+	if (gained >= LEAST && elapsed > 0)
+		now.eta = elapsed * (1 - now.fraction) / gained;
 	return now;
 }
