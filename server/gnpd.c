@@ -1,6 +1,5 @@
 /* gnpd: reads its configuration, starts the parts in order of need, waits for signals, stops them in reverse. */
 #include <errno.h>
-#include <malloc.h>
 #include <math.h>
 #include <semaphore.h>
 #include <signal.h>
@@ -65,15 +64,6 @@ static void catch_signals(void)
 	signal(SIGXFSZ, SIG_IGN); /* a file over its limit is a write that fails */
 }
 
-/* A request takes and frees tens of megabytes: what goes back to the kernel comes again a zeroed page at a time, which costs
- * more than the encoding. One arena, because the free pieces of many do not fit together. */
-static void keep_freed_memory(void)
-{
-	mallopt(M_ARENA_MAX, 1);
-	mallopt(M_MMAP_THRESHOLD, 32 << 20);
-	mallopt(M_TRIM_THRESHOLD, 256 << 20);
-}
-
 static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
 {
 	enum { OTHER_FILES = 64 };
@@ -104,15 +94,22 @@ static void give_sign(struct gnpd_server *server)
 	                   state.running, state.waiting);
 }
 
-/* The earlier of the end of the wait and the next sign of life. */
+static void give_memory_back(struct gnpd_server *server)
+{
+	struct gnpd_queue_state state = gnpd_queue_state(server->queue);
+	struct gnpd_jobs_counts jobs = {0};
+	gnpd_jobs_count(server->jobs, &jobs);
+	gnpd_heap_rest(&server->heap, gnpd_metrics_work(&server->metrics), state.running + state.waiting + jobs.states[GNPD_JOB_RUNNING] > 0,
+	               gnp_clock());
+}
+
+/* The earliest of the end of the wait, the next sign of life and the next look at what is free. */
 static bool sleep_until(struct gnpd_server *server, double until)
 {
-	double interval = gnpd_notify_interval(server->notify), sign = interval > 0 ? gnp_clock() + interval : INFINITY;
-	double first = until < sign ? until : sign;
-	if (isinf(first)) {
-		sem_wait(&arrived.wake);
-		return true;
-	}
+	const double look = 1;
+	double interval = gnpd_notify_interval(server->notify), first = gnp_clock() + (interval > 0 && interval < look ? interval : look);
+	if (until < first)
+		first = until;
 	struct timespec end = {(time_t)first, (long)((first - (double)(time_t)first) * 1e9)};
 	return sem_clockwait(&arrived.wake, CLOCK_MONOTONIC, &end) == 0 || errno != ETIMEDOUT || gnp_clock() < until;
 }
@@ -127,6 +124,7 @@ static bool wait_signal(struct gnpd_server *server, double seconds)
 		if (take(&arrived.stops))
 			return true;
 		give_sign(server);
+		give_memory_back(server);
 		if (!sleep_until(server, until))
 			return false;
 	}
@@ -219,7 +217,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	struct gnpd_server server = {.config = config};
 	struct gnpd_inherited inherited;
 	gnpd_log_init(&server.log, (enum gnpd_log_format)config->log_format, (enum gnpd_log_level)config->log_level, STDERR_FILENO);
-	keep_freed_memory();
+	gnpd_heap_keep();
 	catch_signals();
 	gnpd_metrics_init(&server.metrics);
 	server.metrics.build = GNPD_BUILD;

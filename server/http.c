@@ -1,6 +1,8 @@
 #include "http.h"
 
 #include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <gnutls/abstract.h>
 #include <gnutls/gnutls.h>
 #include <math.h>
@@ -14,16 +16,24 @@
 #include <unistd.h>
 
 #include "admit.h"
+#include "http_loop.h"
 #include "http_stream.h"
 #include "request.h"
 #include "routes.h"
 #include "strict.h"
 
+/* A thread of a listener, with its share of the connections. */
+struct lane {
+	struct MHD_Daemon *daemon;
+	struct gnpd_http_loop *loop;
+};
+
 /* One listener. */
 struct gnpd_http {
 	struct gnpd_server *server;
-	struct MHD_Daemon *daemon;
 	bool admin, tls;
+	size_t count;
+	struct lane lanes[]; /* (count) */
 };
 
 static struct gnpd_connection *connection_of(struct MHD_Connection *http)
@@ -550,48 +560,64 @@ static int on_certificate(gnutls_session_t session, const struct gnutls_cert_ret
 }
 
 /* Idle connections are the reaper's; the library's own timeout stays off. */
-static struct MHD_Daemon *start_daemon(struct gnpd_http *http, int fd)
+static struct MHD_Daemon *start_daemon(struct gnpd_http *http, int fd, size_t connections)
 {
 	const struct gnpd_config *config = http->server->config;
-	const unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
+	const unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
 	struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_PRIORITIES, 0, GNPD_TLS_PRIORITIES},
 	                               {MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)on_certificate},
 	                               {MHD_OPTION_END, 0, NULL}};
 	return MHD_start_daemon(
 		flags | (http->tls ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, http->server, MHD_OPTION_EXTERNAL_LOGGER,
-		on_library_message, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_THREAD_POOL_SIZE,
-		http->admin ? 1u : (unsigned)config->http_threads, MHD_OPTION_CONNECTION_LIMIT,
-		(unsigned)(http->admin ? config->admin_connections : config->max_connections), MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-		config->connection_memory_bytes, MHD_OPTION_CONNECTION_MEMORY_INCREMENT, config->connection_memory_bytes / 4,
-		MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http, MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL,
-		MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_ARRAY, http->tls ? tls : tls + 2, MHD_OPTION_END);
+		on_library_message, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_CONNECTION_LIMIT, (unsigned)connections,
+		MHD_OPTION_CONNECTION_MEMORY_LIMIT, config->connection_memory_bytes, MHD_OPTION_CONNECTION_MEMORY_INCREMENT,
+		config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http,
+		MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_ARRAY,
+		http->tls ? tls : tls + 2, MHD_OPTION_END);
+}
+
+/* The lane's socket is one of its own, on the same queue of clients: the library closes it. */
+static gnp_status start_lane(struct gnpd_http *http, struct lane *lane, int fd, size_t connections, struct gnp_error *error)
+{
+	int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
+	if (own < 0)
+		return gnp_error_set(error, GNP_IO, "http: %s", strerror(errno));
+	lane->daemon = start_daemon(http, own, connections);
+	if (lane->daemon)
+		return gnpd_http_loop_start(lane->daemon, &lane->loop, error);
+	close(own);
+	return gnp_error_set(error, GNP_IO, "http: the library did not start");
 }
 
 gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, struct gnpd_http **out,
                                 struct gnp_error *error)
 {
-	struct gnpd_http *http = calloc(1, sizeof *http);
-	if (!http) {
-		close(fd);
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
-	}
-	http->server = server;
-	http->admin = admin;
-	http->tls = tls;
-	http->daemon = start_daemon(http, fd);
-	if (!http->daemon) {
-		close(fd);
-		free(http);
-		return gnp_error_set(error, GNP_IO, "http: the library did not start");
-	}
-	*out = http;
-	return GNP_OK;
+	const struct gnpd_config *config = server->config;
+	size_t count = admin ? 1 : config->http_threads, connections = admin ? config->admin_connections : config->max_connections;
+	if (count > connections)
+		count = connections;
+	struct gnpd_http *http = calloc(1, sizeof *http + count * sizeof *http->lanes);
+	gnp_status status = http ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
+	if (http)
+		*http = (struct gnpd_http){.server = server, .admin = admin, .tls = tls, .count = count};
+	for (size_t i = 0; i < count && status == GNP_OK; i++)
+		status = start_lane(http, &http->lanes[i], fd, connections / count + (i < connections % count), error);
+	close(fd);
+	if (status == GNP_OK)
+		*out = http;
+	else
+		gnpd_http_stop(http);
+	return status;
 }
 
 void gnpd_http_stop(struct gnpd_http *http)
 {
 	if (!http)
 		return;
-	MHD_stop_daemon(http->daemon);
+	for (size_t i = 0; i < http->count; i++)
+		gnpd_http_loop_stop(http->lanes[i].loop);
+	for (size_t i = 0; i < http->count; i++)
+		if (http->lanes[i].daemon)
+			MHD_stop_daemon(http->lanes[i].daemon);
 	free(http);
 }

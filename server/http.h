@@ -1,6 +1,6 @@
-/* HTTP over libmicrohttpd (the only file that includes its header): listeners, connections, bodies, replies.
+/* HTTP over libmicrohttpd: listeners, connections, bodies, replies.
  *
- * Threads of the library read sockets and never block: small answers are made in its callbacks, everything else on a
+ * Its threads (http_loop) read sockets and never block: small answers are made in its callbacks, everything else on a
  * runner while the connection is suspended. One completion callback logs, counts and frees each request. */
 #ifndef GNPD_HTTP_H
 #define GNPD_HTTP_H

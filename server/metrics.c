@@ -89,6 +89,14 @@ void gnpd_metrics_stages(struct gnpd_metrics *metrics, const struct gnp_task *ta
 		atomic_fetch_add(&metrics->stages[i], (uint64_t)(task->seconds[i] * 1e9));
 }
 
+uint64_t gnpd_metrics_work(const struct gnpd_metrics *metrics)
+{
+	uint64_t work = atomic_load(&metrics->bytes_in);
+	for (int i = 0; i < GNP_STAGE_COUNT; i++)
+		work += atomic_load(&metrics->stages[i]);
+	return work;
+}
+
 void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label label, uint64_t *good, uint64_t *bad,
                          uint64_t *nanoseconds)
 {

@@ -56,6 +56,9 @@ void gnpd_metrics_request(struct gnpd_metrics *metrics, enum gnpd_label label, i
 /* Adds the seconds of each stage of a finished task. */
 void gnpd_metrics_stages(struct gnpd_metrics *metrics, const struct gnp_task *task);
 
+/* A number that grows with every request that brought a body and every task that was worked on. */
+uint64_t gnpd_metrics_work(const struct gnpd_metrics *metrics);
+
 /* Finished requests of a label with a code below 400, and with another; nanoseconds of all. */
 void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label label, uint64_t *good, uint64_t *bad,
                          uint64_t *nanoseconds);

@@ -7,6 +7,7 @@
 
 #include "config.h"
 #include "guard.h"
+#include "heap.h"
 #include "job_watch.h"
 #include "jobs.h"
 #include "loader.h"
@@ -37,6 +38,7 @@ struct gnpd_server {
 	struct gnpd_watchers *watchers;
 	struct gnpd_jobs *jobs;
 	struct gnpd_reaper *reaper;
+	struct gnpd_heap heap;             /* main's */
 	struct gnp_buffer openapi;         /* written once */
 	unsigned boot;                     /* random, the first half of generated request ids */
 	atomic_uint_fast64_t requests;     /* the second half */

@@ -43,11 +43,15 @@ def settle(server):
 
 
 def check_given_back(server, before, growth=32 << 20):
-    """Files and threads are as many as before; memory has grown by no more than that (a sanitizer keeps what was freed)."""
+    """Files and threads are as many as before; memory has grown by no more than that, at the latest when there was nothing to do for a
+    while (a sanitizer keeps what was freed)."""
     harness.eventually(lambda: Holdings(server).files <= before.files, 5, "as few files as before")
-    after = settle(server)
+    after, until = settle(server), time.monotonic() + 15
+    while SLOW == 1 and after.resident > before.resident + growth:
+        assert time.monotonic() < until, "%s, before %s" % (after, before)
+        time.sleep(0.2)
+        after = Holdings(server)
     assert after.threads == before.threads, "%s, before %s" % (after, before)
-    assert SLOW > 1 or after.resident <= before.resident + growth, "%s, before %s" % (after, before)
     return after
 
 
@@ -183,6 +187,8 @@ def slow_readers(server, count, reply_seconds):
             assert exchange(s, HEALTH).status == 200
             assert time.monotonic() - asked < 0.1 * SLOW, "health took %.3f s beside slow readers" % (time.monotonic() - asked)
             assert exchange(s, small).status in (200, 503)
+            if time.monotonic() - asked > 1:  # it waited for others' work
+                started = time.monotonic()
         for s in readers[::2]:
             try:
                 s.recv(1, socket.MSG_DONTWAIT)

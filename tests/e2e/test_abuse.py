@@ -1,4 +1,6 @@
 """The short forms of abuse.py; the long ones are in tests/soak."""
+import signal
+
 import abuse
 import harness
 from harness import SLOW
@@ -50,6 +52,21 @@ def test_ready_connections_are_not_passed_over():
     with harness.Server(http_threads=1, workers=2) as server:
         worst = abuse.beside_suspended(server, 64, 1.5)
         assert worst < 0.25 * SLOW, "health beside suspended connections took %.3f s" % worst
+
+
+def test_any_number_of_connections_may_be_ready_at_once():
+    """The library asks for 128 events at a time: as many, and no more, are no reason to wait for others."""
+    for count in (127, 128, 256):
+        with harness.Server(http_threads=1, workers=1) as server:
+            kept = [server.connect(5 * SLOW) for _ in range(count)]
+            for s in kept:
+                assert abuse.exchange(s, abuse.HEALTH).status == 200
+            server.process.send_signal(signal.SIGSTOP)
+            for s in kept:
+                s.sendall(abuse.HEALTH)
+            server.process.send_signal(signal.SIGCONT)
+            for s in kept:
+                assert harness.read_response(s).status == 200, "%d connections" % count
 
 
 def test_the_end_in_every_state():

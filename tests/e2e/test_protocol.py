@@ -93,7 +93,7 @@ def test_infer_binary(server):
 
 def test_infer_json_with_id_and_choice(server):
     message = {"id": "job 7", "inputs": [{"name": "points", "shape": [600, 3], "datatype": "FP32", "data": list(CLOUD)}],
-               "parameters": {"estimator": "gmls", "quantities": "mean_curvature", "priority": 1, "timeout": 1000}}
+               "parameters": {"estimator": "gmls", "quantities": "mean_curvature", "priority": 1, "timeout": 60000000}}
     response = server.post(ESTIMATE, json.dumps(message).encode())
     assert response.status == 200, response.text[:300]
     answer = response.json
