@@ -24,6 +24,7 @@
 
 /* A thread of a listener, with its share of the connections. */
 struct lane {
+	struct gnpd_http *http;
 	struct MHD_Daemon *daemon;
 	struct gnpd_http_loop *loop;
 };
@@ -191,7 +192,7 @@ static void resume(struct gnpd_request *request)
 	struct gnpd_server *server = request->server;
 	request->step = GNPD_STEP_REPLY;
 	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_REPLY, request);
-	MHD_resume_connection(request->http);
+	gnpd_http_loop_resume(request->loop, request->http);
 	atomic_fetch_sub(&server->suspended, 1);
 }
 
@@ -489,14 +490,15 @@ static enum MHD_Result on_headers(struct gnpd_request *request, const char *meth
 /* The first line has come. What it returns is the request's context until completion. */
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *http)
 {
-	const struct gnpd_http *listener = context;
-	struct gnpd_server *server = listener->server;
+	const struct lane *lane = context;
+	struct gnpd_server *server = lane->http->server;
 	struct gnpd_connection *connection = connection_of(http);
 	struct gnpd_request *request = connection ? gnpd_request_create(server, uri) : NULL;
 	if (!request)
 		return NULL;
 	request->http = http;
-	request->admin = listener->admin;
+	request->loop = lane->loop;
+	request->admin = lane->http->admin;
 	request->connection = connection;
 	gnpd_connection_enter(server->reaper, connection, GNPD_PHASE_HEADERS, request);
 	return request;
@@ -560,10 +562,11 @@ static int on_certificate(gnutls_session_t session, const struct gnutls_cert_ret
 }
 
 /* Idle connections are the reaper's; the library's own timeout stays off. */
-static struct MHD_Daemon *start_daemon(struct gnpd_http *http, int fd, size_t connections)
+static struct MHD_Daemon *start_daemon(struct lane *lane, int fd, size_t connections)
 {
+	struct gnpd_http *http = lane->http;
 	const struct gnpd_config *config = http->server->config;
-	const unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG;
+	const unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
 	struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_PRIORITIES, 0, GNPD_TLS_PRIORITIES},
 	                               {MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)on_certificate},
 	                               {MHD_OPTION_END, 0, NULL}};
@@ -571,7 +574,7 @@ static struct MHD_Daemon *start_daemon(struct gnpd_http *http, int fd, size_t co
 		flags | (http->tls ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, http->server, MHD_OPTION_EXTERNAL_LOGGER,
 		on_library_message, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_CONNECTION_LIMIT, (unsigned)connections,
 		MHD_OPTION_CONNECTION_MEMORY_LIMIT, config->connection_memory_bytes, MHD_OPTION_CONNECTION_MEMORY_INCREMENT,
-		config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, http,
+		config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, lane,
 		MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_ARRAY,
 		http->tls ? tls : tls + 2, MHD_OPTION_END);
 }
@@ -582,7 +585,8 @@ static gnp_status start_lane(struct gnpd_http *http, struct lane *lane, int fd, 
 	int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
 	if (own < 0)
 		return gnp_error_set(error, GNP_IO, "http: %s", strerror(errno));
-	lane->daemon = start_daemon(http, own, connections);
+	lane->http = http;
+	lane->daemon = start_daemon(lane, own, connections);
 	if (lane->daemon)
 		return gnpd_http_loop_start(lane->daemon, &lane->loop, error);
 	close(own);

@@ -12,8 +12,12 @@
 
 struct gnpd_http_loop;
 
-/* daemon: started with MHD_USE_EPOLL and MHD_USE_ITC, and nobody else's until the loop was stopped. GNP_OUT_OF_MEMORY, GNP_IO. */
+/* daemon: started with MHD_USE_EPOLL and without a thread, nobody else's until the loop was stopped. *out is set before the first of its
+ * callbacks. GNP_OUT_OF_MEMORY, GNP_IO. */
 gnp_status gnpd_http_loop_start(struct MHD_Daemon *daemon, struct gnpd_http_loop **out, struct gnp_error *error);
+
+/* Any thread: the suspended connection is the daemon's again, and the loop sees to it. */
+void gnpd_http_loop_resume(struct gnpd_http_loop *loop, struct MHD_Connection *connection);
 
 /* Ends the thread and frees. The daemon is the caller's again. NULL is allowed. */
 void gnpd_http_loop_stop(struct gnpd_http_loop *loop);

@@ -2,6 +2,7 @@
 
 #include <microhttpd.h>
 
+#include "http_loop.h"
 #include "server.h"
 
 static struct gnpd_request *request_of(struct gnpd_watch *watch)
@@ -19,8 +20,9 @@ static void suspend(struct gnpd_watch *watch)
 static void resume(struct gnpd_watch *watch)
 {
 	struct gnpd_request *request = request_of(watch);
-	MHD_resume_connection(request->http);
-	atomic_fetch_sub(&request->server->suspended, 1);
+	struct gnpd_server *server = request->server;
+	gnpd_http_loop_resume(request->loop, request->http);
+	atomic_fetch_sub(&server->suspended, 1);
 }
 
 static ssize_t read_events(void *context, uint64_t position, char *data, size_t most)

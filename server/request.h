@@ -17,6 +17,7 @@
 #include "work.h"
 
 struct MHD_Connection;
+struct gnpd_http_loop;
 struct gnpd_connection;
 struct gnpd_route;
 struct gnpd_server;
@@ -29,6 +30,7 @@ enum gnpd_step { GNPD_STEP_HEADERS, GNPD_STEP_BODY, GNPD_STEP_DISCARD, GNPD_STEP
 struct gnpd_request {
 	struct gnpd_server *server;
 	struct MHD_Connection *http;
+	struct gnpd_http_loop *loop; /* that serves it */
 	struct gnpd_connection *connection;
 	enum gnpd_step step;
 	bool active; /* counted in server->active */
