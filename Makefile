@@ -136,7 +136,7 @@ fuzz: ## fuzz the decoders with clang's libFuzzer, each target for so long: MINU
 
 fuzzers: $(FUZZERS:%=$(OUT)/tests/fuzz/fuzz_%)
 
-soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 15 minutes; SOAK=0.1 shortens them, SAN= as for test
+soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 10 minutes; SOAK=0.1 shortens them, SAN= as for test
 	GNPD=$(OUT)/gnpd tests/soak/run
 
 check: ## the rules of the house that a compiler does not know

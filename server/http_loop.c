@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <limits.h>
+#include <microhttpd.h>
 #include <poll.h>
 #include <pthread.h>
 #include <stdatomic.h>

@@ -6,10 +6,10 @@
 #ifndef GNPD_HTTP_LOOP_H
 #define GNPD_HTTP_LOOP_H
 
-#include <microhttpd.h>
-
 #include "status.h"
 
+struct MHD_Connection;
+struct MHD_Daemon;
 struct gnpd_http_loop;
 
 /* daemon: started with MHD_USE_EPOLL and without a thread, nobody else's until the loop was stopped. *out is set before the first of its

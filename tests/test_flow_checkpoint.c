@@ -29,6 +29,7 @@ struct keeper {
 	size_t size;
 	int saves, stop_at;
 	struct gnp_task *task;
+	bool resumed; /* it began from what an earlier run kept */
 };
 
 static gnp_status save(void *context, const struct gnp_piece *pieces, size_t count, struct gnp_error *error)
@@ -42,6 +43,7 @@ static gnp_status save(void *context, const struct gnp_piece *pieces, size_t cou
 			memcpy(keeper->bytes + keeper->size, pieces[i].data, pieces[i].size);
 		keeper->size += pieces[i].size;
 	}
+	CHECK(!keeper->task || (atomic_load(&keeper->task->skipped) > 0) == keeper->resumed);
 	if (++keeper->saves == keeper->stop_at)
 		gnp_task_stop(keeper->task, GNP_DRAINING);
 	return GNP_OK;
@@ -107,7 +109,7 @@ static struct gnp_flow run_in_parts(const struct gnp_flow_options *options, int 
 		gnp_task_init(&task);
 		unsigned char *kept = keeper.bytes;
 		struct gnp_checkpoint checkpoint = {.save = save, .context = &keeper, .kept = kept, .size = keeper.size};
-		keeper = (struct keeper){.stop_at = stop_at, .task = &task, .size = keeper.size};
+		keeper = (struct keeper){.stop_at = stop_at, .task = &task, .resumed = kept != NULL, .size = keeper.size};
 		status = run(options, &checkpoint, &task, &flow);
 		CHECK(status == GNP_OK || keeper.bytes);
 		free(kept);

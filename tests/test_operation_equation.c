@@ -193,6 +193,8 @@ static void operators_are_kept_between_requests(void)
 		CHECK(gnp_call_run(&call, pool, NULL, &response, NULL) == GNP_OK);
 		const struct gnp_value *found = gnp_values_find(&response.parameters, "operator_kept");
 		CHECK(found && found->boolean == kept[r]);
+		found = gnp_values_find(&response.parameters, "operator_bytes");
+		CHECK(found && found->integer > 0 && (double)call.memory > 1.4 * (double)found->integer); /* what is held is less than what it took to make */
 		end(&request, &response);
 	}
 	struct gnp_prepared_cache_state state = gnp_prepared_cache_state(cache);

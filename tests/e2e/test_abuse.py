@@ -69,6 +69,18 @@ def test_any_number_of_connections_may_be_ready_at_once():
                 assert harness.read_response(s).status == 200, "%d connections" % count
 
 
+def test_memory_goes_back_when_there_is_nothing_to_do():
+    if SLOW > 1:
+        return  # a sanitizer keeps what was freed
+    with harness.Server(workers=2) as server:
+        before = abuse.settle(server)
+        with server.connect(60) as s:
+            assert abuse.exchange(s, abuse.estimate_request(100_000, quantities="all")).status == 200
+        grown = abuse.settle(server)
+        assert grown.resident > before.resident + (20 << 20), "%s, before %s: nothing that could go back" % (grown, before)
+        harness.eventually(lambda: abuse.Holdings(server).resident < before.resident + (10 << 20), 15, "the memory of before")
+
+
 def test_the_end_in_every_state():
     for state in abuse.states():
         for drain_seconds in (0, 0.5):
