@@ -160,6 +160,7 @@ static void drain(struct gnpd_server *server)
 static void end_work(struct gnpd_server *server)
 {
 	gnpd_queue_close(server->queue);
+	gnpd_queue_close(server->desk);
 	gnpd_jobs_park(server->jobs);
 	gnpd_watchers_end(server->watchers);
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);

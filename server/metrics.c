@@ -7,7 +7,7 @@
 #include "operation.h"
 
 static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
-                                              409, 410, 413, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
+                                              409, 410, 413, 414, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
 static const double bounds[GNPD_METRICS_BUCKETS] = {0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                                     0.25,  0.5,    1,     2.5,  10,    60};
 static const char *const labels[GNPD_LABEL_OPERATION] = {
@@ -17,7 +17,7 @@ static const char *const rejects[GNPD_REJECTS] = {
 	[GNPD_REJECT_FRAMING] = "framing", [GNPD_REJECT_BODY_LIMIT] = "body_limit",
 	[GNPD_REJECT_QUEUE_COUNT] = "queue_count", [GNPD_REJECT_QUEUE_BYTES] = "queue_bytes",
 	[GNPD_REJECT_DRAINING] = "draining", [GNPD_REJECT_SLOW_HEADERS] = "slow_headers",
-	[GNPD_REJECT_SLOW_BODY] = "slow_body", [GNPD_REJECT_REQUEST_MEMORY] = "request_memory", [GNPD_REJECT_POINTS] = "points",
+	[GNPD_REJECT_SLOW_BODY] = "slow_body", [GNPD_REJECT_SLOW_REPLY] = "slow_reply", [GNPD_REJECT_REQUEST_MEMORY] = "request_memory", [GNPD_REJECT_POINTS] = "points",
 	[GNPD_REJECT_ADDRESS] = "connections_per_address", [GNPD_REJECT_UNAUTHORIZED] = "unauthorized",
 	[GNPD_REJECT_FORBIDDEN] = "forbidden", [GNPD_REJECT_KEY_CONCURRENCY] = "key_concurrency",
 	[GNPD_REJECT_KEY_RATE] = "key_rate"};

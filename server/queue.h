@@ -18,7 +18,7 @@ struct gnpd_queue;
 struct gnpd_queued {
 	struct gnpd_queued *previous, *next;
 	bool waiting;
-	void (*run)(struct gnpd_queued *job); /* called once, on a runner */
+	void (*run)(struct gnpd_queued *job); /* called once: on a runner, or by whoever took it out with gnpd_queue_remove */
 };
 
 gnp_status gnpd_queue_create(size_t runners, size_t count_max, size_t bytes_max, struct gnpd_queue **out,
@@ -26,7 +26,7 @@ gnp_status gnpd_queue_create(size_t runners, size_t count_max, size_t bytes_max,
 /* Runs what waits, then joins the runners. NULL is allowed. */
 void gnpd_queue_free(struct gnpd_queue *queue);
 
-/* Every later submit fails with GNP_DRAINING. */
+/* Every later submit fails with GNP_DRAINING; what waits still runs. */
 void gnpd_queue_close(struct gnpd_queue *queue);
 
 /* Queues a job. GNP_OVERLOADED naming the limit when as many as may wait do. */
@@ -34,7 +34,7 @@ gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_queued *job, 
 /* What submit would say now. */
 gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error);
 
-/* Takes a job that still waits out of the queue, so that its place is free; false when it already runs or ran. */
+/* Takes a job that still waits out of the queue, so that its place is free; its run is the caller's then. False when it already runs or ran. */
 bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_queued *job);
 
 /* Counts bytes a request that holds `held` of them is about to hold more. GNP_TOO_LARGE when the request alone exceeds the

@@ -2,13 +2,12 @@
 
 #include <poll.h>
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
-#include "oip.h"
+#include "last_words.h"
 #include "request.h"
 #include "server.h"
 
@@ -40,32 +39,13 @@ struct gnpd_reaper {
 	pthread_t thread;
 };
 
-gnp_status gnpd_cut_answer(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer)
-{
-	struct gnp_buffer body = {0};
-	char retry[48] = "", echo[GNPD_ID_MAX + 24] = "";
-	int code = gnp_status_http(error->status);
-	gnp_status status = gnp_oip_error_body(error->status, error->text, id, &body);
-	if (*id)
-		snprintf(echo, sizeof echo, "X-Request-Id: %s\r\n", id);
-	if (code == 503 || code == 429)
-		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
-	if (status == GNP_OK)
-		status = gnp_buffer_printf(answer, NULL, "HTTP/1.1 %d Error\r\nContent-Type: application/json\r\n%s%s"
-		                           "Content-Length: %zu\r\nConnection: close\r\n\r\n", code, echo, retry, body.size);
-	if (status == GNP_OK)
-		status = gnp_buffer_append(answer, body.data, body.size, NULL);
-	gnp_buffer_clear(&body);
-	return status;
-}
-
 /* Lock held. The answer is a courtesy: what does not fit the socket's buffer is lost. Nobody but the library may write to a
  * TLS connection. */
 static void send_error(struct gnpd_connection *connection, const struct gnp_error *error, double retry_after)
 {
 	struct gnp_buffer answer = {0};
 	const char *id = connection->request ? connection->request->id : "";
-	if (!connection->origin.tls && gnpd_cut_answer(error, id, retry_after, &answer) == GNP_OK)
+	if (!connection->origin.tls && gnpd_last_words(error, id, retry_after, &answer) == GNP_OK)
 		send(connection->fd, answer.data, answer.size, MSG_DONTWAIT | MSG_NOSIGNAL);
 	gnp_buffer_clear(&answer);
 }
@@ -159,11 +139,6 @@ void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection
 	pthread_mutex_unlock(&reaper->lock);
 }
 
-struct gnpd_request *gnpd_connection_request(const struct gnpd_connection *connection)
-{
-	return connection->request;
-}
-
 struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection)
 {
 	return connection->server;
@@ -226,28 +201,28 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 	switch (connection->phase) {
 	case GNPD_PHASE_IDLE:
 		if (spent > (connection->used ? config->idle_seconds : config->header_seconds))
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "connection: no request for %.3g s", spent);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "connection: no request in %.3g s (%s)", spent, connection->used ? "idle-seconds" : "header-seconds");
 		break;
 	case GNPD_PHASE_HEADERS:
 		if (spent > config->header_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "headers: incomplete after %.3g s, need them in %.3g s", spent,
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "headers: incomplete after %.3g s, need them in %.3g s (header-seconds)", spent,
 			                     config->header_seconds);
 		break;
 	case GNPD_PHASE_BODY:
 		if (spent > config->body_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: incomplete after %.3g s, need it in %.3g s", spent,
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: incomplete after %.3g s, need it in %.3g s (body-seconds)", spent,
 			                     config->body_seconds);
 		if ((double)connection->received < rated)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: got %zu bytes in %.3g s, need %zu bytes/s",
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: got %zu bytes in %.3g s, need %zu bytes/s (min-body-rate)",
 			                     connection->received, spent, config->min_body_rate);
 		break;
 	case GNPD_PHASE_REPLY:
 		if (spent > config->reply_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s", config->reply_seconds);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s (reply-seconds)", config->reply_seconds);
 		break;
 	case GNPD_PHASE_STREAM:
 		if (spent > config->reply_seconds + config->jobs_heartbeat_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s", config->reply_seconds);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s (reply-seconds)", config->reply_seconds);
 		break;
 	case GNPD_PHASE_WORK: break;
 	}
@@ -332,6 +307,8 @@ static void check_deadlines(struct gnpd_reaper *reaper, double now)
 			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_HEADERS);
 		else if (c->phase == GNPD_PHASE_BODY)
 			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_BODY);
+		else if (c->phase != GNPD_PHASE_IDLE)
+			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_REPLY);
 		cut(reaper, c, &error);
 	}
 }

@@ -9,7 +9,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "message.h"
 #include "status.h"
 
 struct gnpd_connection;
@@ -50,7 +49,6 @@ void gnpd_connection_enter(struct gnpd_reaper *reaper, struct gnpd_connection *c
 /* received: bytes of body so far. */
 void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection *connection, size_t received);
 
-struct gnpd_request *gnpd_connection_request(const struct gnpd_connection *connection);
 struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection);
 const char *gnpd_connection_remote(const struct gnpd_connection *connection);
 
@@ -59,9 +57,6 @@ struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connecti
 
 /* The reason the reaper cut the connection, or GNP_OK. */
 gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection);
-
-/* Appends an error reply, head and body, as it goes over the wire before the connection ends. id: the request's, or "". */
-gnp_status gnpd_cut_answer(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer);
 
 /* Writes an error reply straight to the socket and shuts it down: the only way to answer in the middle of a body, where the
  * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */

@@ -28,7 +28,7 @@ struct gnpd_reply {
 	bool close;                      /* the connection ends with this reply */
 };
 
-/* Adds a header; text is cut at 255 bytes. */
+/* Adds a header; text is cut at 255 bytes, and a header over GNPD_REPLY_HEADERS_MAX is left out. */
 void gnpd_reply_add(struct gnpd_reply *reply, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
 /* Bytes of the body; 0 of a stream. */

@@ -55,6 +55,7 @@ struct gnpd_request {
 	bool expects_continue;
 	bool has_length;
 	size_t content_length;
+	size_t uri_size;           /* bytes of the target as it came */
 
 	size_t discarded;          /* bytes of a refused body */
 	size_t received;           /* bytes of body in all */

@@ -79,6 +79,22 @@ static bool match_path(const char *pattern, const struct gnpd_target *target, st
 	return *pattern == '\0';
 }
 
+/* "jobs" is no {model}: where a path is spelt out, the patterns that would capture it are others' paths. */
+static bool spelt_out(const struct gnpd_request *request)
+{
+	const struct gnpd_route *route;
+	struct captures captures;
+	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
+		if (!strchr(route->path, '{') && match_path(route->path, &request->target, &captures))
+			return true;
+	return false;
+}
+
+static bool match_route(const struct gnpd_request *request, const struct gnpd_route *route, bool spelt, struct captures *captures)
+{
+	return match_path(route->path, &request->target, captures) && !(spelt && strchr(route->path, '{'));
+}
+
 static bool match_method(const struct gnpd_route *route, const char *method)
 {
 	return strcmp(route->method, method) == 0 || (strcmp(route->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
@@ -88,10 +104,11 @@ void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t ca
 {
 	const struct gnpd_route *route;
 	struct captures captures;
+	bool spelt = spelt_out(request);
 	size_t size = 0;
 	text[0] = '\0';
 	for (size_t i = 0; (route = route_at(request, i)) != NULL && size < capacity; i++)
-		if (match_path(route->path, &request->target, &captures))
+		if (match_route(request, route, spelt, &captures))
 			size += (size_t)snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", route->method,
 			                         strcmp(route->method, "GET") == 0 ? ", HEAD" : "");
 }
@@ -136,11 +153,11 @@ static gnp_status resolve_model(struct gnpd_request *request, struct gnp_error *
 
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error)
 {
-	bool path_known = false;
+	bool path_known = false, spelt = spelt_out(request);
 	const struct gnpd_route *route;
 	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++) {
 		struct captures captures;
-		if (!match_path(route->path, &request->target, &captures))
+		if (!match_route(request, route, spelt, &captures))
 			continue;
 		path_known = true;
 		if (!match_method(route, request->method))

@@ -43,7 +43,7 @@ struct gnpd_server {
 	unsigned boot;                     /* random, the first half of generated request ids */
 	atomic_uint_fast64_t requests;     /* the second half */
 	atomic_size_t active;              /* requests past their headers whose answer is not out */
-	atomic_size_t suspended;           /* connections that wait for a runner's answer */
+	atomic_size_t suspended;           /* connections that wait for an answer, or for the next bit of a stream */
 	atomic_bool draining;              /* no new work */
 };
 

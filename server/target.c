@@ -61,6 +61,14 @@ gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target)
 	return GNP_OK;
 }
 
+bool gnpd_target_short(const struct gnpd_target *target)
+{
+	size_t separators = 0;
+	for (const char *c = target->query; c && *c; c++)
+		separators += *c == '&';
+	return separators < GNPD_QUERY_MAX;
+}
+
 void gnpd_target_clear(struct gnpd_target *target)
 {
 	free(target->path);

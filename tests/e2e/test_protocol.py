@@ -58,6 +58,9 @@ def test_not_found_and_wrong_method(server):
     response = server.get(ESTIMATE)
     expect_error(response, 405, "method_not_allowed", "method: got GET, need POST")
     assert response.headers["allow"] == "POST"
+    response = server.post("/v1/jobs", b"")
+    expect_error(response, 405, "method_not_allowed", "method: got POST, need GET, HEAD")
+    assert response.headers["allow"] == "GET, HEAD"
     for method in ("POST", "DELETE", "PUT", "OPTIONS", "PATCH", "BREW"):
         response = server.request(method, "/v2/health/live", b"")
         expect_error(response, 405, "method_not_allowed", "method: got " + method)

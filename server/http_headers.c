@@ -1,0 +1,130 @@
+#include "http_steps.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "admit.h"
+#include "routes.h"
+#include "server.h"
+#include "strict.h"
+
+struct header_walk {
+	struct gnpd_request *request;
+	struct gnpd_strict strict;
+	const char *id;
+};
+
+static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const char *name, const char *value)
+{
+	struct header_walk *walk = context;
+	struct gnpd_request *request = walk->request;
+	(void)kind;
+	gnpd_strict_header(&walk->strict, name, value);
+	if (!value)
+		return MHD_YES;
+	if (strcasecmp(name, "Content-Type") == 0)
+		request->work.content_type = value;
+	else if (strcasecmp(name, "Content-Encoding") == 0)
+		request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
+	else if (strcasecmp(name, "Accept") == 0)
+		request->work.accept = value;
+	else if (strcasecmp(name, "Inference-Header-Content-Length") == 0)
+		request->work.inference_length = value;
+	else if (strcasecmp(name, "Idempotency-Key") == 0)
+		request->idempotency_key = value;
+	else if (strcasecmp(name, "Range") == 0)
+		request->range = value;
+	else if (strcasecmp(name, "If-Range") == 0)
+		request->if_range = value;
+	else if (strcasecmp(name, "If-None-Match") == 0)
+		request->if_none_match = value;
+	else if (strcasecmp(name, "X-Request-Id") == 0)
+		walk->id = value;
+	else if (strcasecmp(name, "Authorization") == 0) {
+		request->credentials.authorization = value;
+		request->credentials.authorizations++;
+	} else if (strcasecmp(name, "X-API-Key") == 0) {
+		request->credentials.api_key = value;
+		request->credentials.api_keys++;
+	} else if (strcasecmp(name, "Expect") == 0)
+		request->expects_continue = strcasecmp(value, "100-continue") == 0;
+	else if (strcasecmp(name, "Content-Length") == 0) {
+		request->has_length = true;
+		request->content_length = strtoul(value, NULL, 10);
+	}
+	return MHD_YES;
+}
+
+static bool takes_body(const struct gnpd_request *request)
+{
+	return request->route->work != GNPD_AT_ONCE && strcmp(request->method, "POST") == 0;
+}
+
+/* What can be refused before the body is read. */
+static gnp_status check_admission(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_server *server = request->server;
+	struct gnp_error unmatched = {0};
+	bool known = gnpd_routes_match(request, &unmatched) == GNP_OK;
+	gnp_status status = gnpd_admit(request, known, error);
+	if (status != GNP_OK)
+		return status;
+	if (!known)
+		return gnp_error_set(error, unmatched.status, "%s", unmatched.text);
+	if (!takes_body(request))
+		return GNP_OK;
+	if (atomic_load(&server->draining)) {
+		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
+		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
+	}
+	if (request->content_length > server->config->max_body_bytes) {
+		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
+		return gnp_error_set(error, GNP_TOO_LARGE, "body: got %zu bytes, need at most %zu (max-body-bytes)", request->content_length,
+		                     server->config->max_body_bytes);
+	}
+	status = gnpd_queue_check(gnpd_http_queue(request), error);
+	if (status != GNP_OK)
+		gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	return status;
+}
+
+/* Bytes from the first line to the empty one; 0: not known. */
+static size_t header_size(struct MHD_Connection *http)
+{
+	const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+	return information ? information->header_size : 0;
+}
+
+enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *method, const char *version)
+{
+	struct header_walk walk = {.request = request};
+	struct gnp_error error = {0};
+	size_t discard = request->server->config->discard_bytes;
+	strncpy(request->method, method, sizeof request->method - 1);
+	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
+	/* The headers are in: the reaper, which quotes the id in what it answers, lets go of the request while that changes. */
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_HEADERS, NULL);
+	gnpd_request_set_id(request, walk.id);
+	gnpd_strict_size(&walk.strict, strlen(method) + request->uri_size + strlen(version) + strlen("  \r\n"), header_size(request->http));
+	if (gnpd_strict_finish(&walk.strict, version, &error) != GNP_OK) {
+		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
+		request->reply.close = true;
+		gnpd_reply_error(request, &error);
+		return gnpd_http_reply(request);
+	}
+	request->active = true;
+	atomic_fetch_add(&request->server->active, 1);
+	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_BODY, request);
+	bool admitted = check_admission(request, &error) == GNP_OK;
+	bool unread = request->expects_continue || request->content_length > discard;
+	if (admitted) {
+		request->step = takes_body(request) ? GNPD_STEP_BODY : GNPD_STEP_DISCARD;
+		return MHD_YES;
+	}
+	gnpd_reply_error(request, &error);
+	if (unread)
+		return gnpd_http_reply(request);
+	request->step = GNPD_STEP_DISCARD;
+	return MHD_YES;
+}
