@@ -1,6 +1,5 @@
 #include "http_steps.h"
 
-#include <gnutls/gnutls.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -71,6 +71,29 @@ static void header_names_are_tokens(void)
 	CHECK(check(HEADERS({"Transfer-Encoding\x0b", "chunked"}), "HTTP/1.1") == GNP_INVALID_ARGUMENT);
 }
 
+/* As the library hands a head over: one piece of memory, its colons and ends of lines overwritten. */
+static gnp_status check_size(size_t whole)
+{
+	static const char head[] = "Host\0 a\0\0X-Blank\0   b \0\0X-Empty\0\0\0";
+	struct gnpd_strict strict = {0};
+	error = (struct gnp_error){0};
+	gnpd_strict_header(&strict, head, head + 6);
+	gnpd_strict_header(&strict, head + 9, head + 20);
+	gnpd_strict_header(&strict, head + 24, head + 32);
+	gnpd_strict_size(&strict, strlen("GET / HTTP/1.1\r\n"), whole);
+	return gnpd_strict_finish(&strict, "HTTP/1.1", &error);
+}
+
+static void lines_add_up_to_the_head(void)
+{
+	const size_t whole = strlen("GET / HTTP/1.1\r\nHost: a\r\nX-Blank:   b \r\nX-Empty:\r\n\r\n");
+	CHECK(check_size(whole) == GNP_OK);
+	CHECK(check_size(0) == GNP_OK);
+	CHECK(check_size(whole + 1) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "headers: 56 bytes are not lines of \"name: value\" that end in CRLF");
+	CHECK(check_size(whole - 1) == GNP_INVALID_ARGUMENT);
+}
+
 static void first_fault_is_reported(void)
 {
 	CHECK(check(HEADERS({"Host", "a"}, {"Host", "b"}, {"Content-Length", "x"}), "HTTP/1.1") == GNP_INVALID_ARGUMENT);
@@ -85,6 +108,7 @@ int main(int argc, char **argv)
 		TEST(ambiguous_framing_is_refused),
 		TEST(content_length_is_digits_only),
 		TEST(header_names_are_tokens),
+		TEST(lines_add_up_to_the_head),
 		TEST(first_fault_is_reported),
 	};
 	return RUN_TESTS(tests);
