@@ -12,6 +12,8 @@ static void run_handler(struct gnpd_request *request, gnpd_handler handler)
 	gnp_status status = gnp_task_check(&request->work.task, &error);
 	if (status == GNP_OK)
 		status = handler(request, &error);
+	if (status == GNP_DEADLINE && gnp_task_check(&request->work.task, NULL) == GNP_DEADLINE) /* not a job's that the handler tells of */
+		gnpd_work_overdue(&request->work, &error);
 	if (status != GNP_OK) {
 		error.status = status;
 		gnpd_reply_error(request, &error);
@@ -68,7 +70,7 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 		work->operation = gnp_operation_find(request->model);
 	work->codec = gnpd_routes_codec(request->route);
 	gnp_task_init(&work->task);
-	gnpd_work_begin(work, server->config->work_seconds, work->codec == &gnpd_codec_file ? request->target.query : NULL);
+	gnpd_work_begin(work, server->config->work_seconds, "work-seconds", work->codec == &gnpd_codec_file ? request->target.query : NULL);
 	work->query = request->target.query;
 	suspend(request);
 	gnp_status status = gnpd_queue_submit(gnpd_http_queue(request), &request->queued, &error);

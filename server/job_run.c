@@ -194,7 +194,7 @@ static void set_work(struct run *run)
 	work->inference_length = record->inference_length;
 	run->checkpoint = (struct gnp_checkpoint){.seconds = config->jobs_checkpoint_seconds, .save = save_checkpoint, .context = run};
 	work->checkpoint = &run->checkpoint;
-	gnpd_work_begin(work, config->jobs_seconds, NULL);
+	gnpd_work_begin(work, config->jobs_seconds, "jobs-seconds", NULL);
 }
 
 /* From here on the job can be stopped; what was asked for before holds. */

@@ -60,8 +60,11 @@ void gnpd_work_release(struct gnpd_work *work, size_t bytes)
 static void lower_deadline(struct gnpd_work *work, double seconds)
 {
 	double until = work->begun + seconds;
-	if (seconds > 0 && until < atomic_load(&work->deadline))
-		atomic_store(&work->deadline, until);
+	if (!(seconds > 0 && until < atomic_load(&work->deadline)))
+		return;
+	atomic_store(&work->deadline, until);
+	work->allowed = seconds;
+	work->limit = "timeout";
 }
 
 /* What is wrong with the query, decoding says. */
@@ -78,12 +81,20 @@ static double query_timeout(const char *query)
 	return seconds;
 }
 
-void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *query)
+void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *limit, const char *query)
 {
 	work->begun = gnp_clock();
+	work->allowed = seconds;
+	work->limit = limit;
 	atomic_store(&work->deadline, work->begun + seconds);
 	if (query)
 		lower_deadline(work, query_timeout(query));
+}
+
+void gnpd_work_overdue(const struct gnpd_work *work, struct gnp_error *error)
+{
+	*error = (struct gnp_error){0};
+	gnp_error_set(error, GNP_DEADLINE, "time: not done after %.3g s, need it in %.3g s (%s)", gnp_clock() - work->begun, work->allowed, work->limit);
 }
 
 static gnp_status apply_timeout(struct gnpd_work *work, struct gnp_error *error)

@@ -41,6 +41,8 @@ struct gnpd_work {
 
 	double begun;                  /* gnp_clock() from which time limits count */
 	_Atomic double deadline;       /* gnp_clock(); whoever watches the work stops it after that */
+	double allowed;                /* seconds until then */
+	const char *limit;             /* what sets them: a key of the configuration, or "timeout" */
 	const struct gnp_checkpoint *checkpoint; /* borrowed; NULL: none is kept */
 
 	struct gnp_models *models;     /* those in use when it began; a reference */
@@ -62,9 +64,11 @@ void gnpd_work_clear(struct gnpd_work *work);
 gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_error *error);
 void gnpd_work_release(struct gnpd_work *work, size_t bytes);
 
-/* Sets when the time limits begin, and the deadline `seconds` later; ?timeout= of a query (or NULL) lowers it, so that the time a request
- * waits counts. */
-void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *query);
+/* Sets when the time limits begin, and the deadline `seconds` later, which are those of the key `limit`; ?timeout= of a query (or NULL)
+ * lowers it, so that the time a request waits counts. */
+void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *limit, const char *query);
+/* Work that ended with GNP_DEADLINE: error becomes the sentence that names the limit. */
+void gnpd_work_overdue(const struct gnpd_work *work, struct gnp_error *error);
 
 /* Decodes the body and checks the call: all that can be known to be wrong before anything is computed. A parameter `timeout` lowers
  * the deadline. */

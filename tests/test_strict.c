@@ -90,7 +90,7 @@ static void lines_add_up_to_the_head(void)
 	CHECK(check_size(whole) == GNP_OK);
 	CHECK(check_size(0) == GNP_OK);
 	CHECK(check_size(whole + 1) == GNP_INVALID_ARGUMENT);
-	CHECK_STRING(error.text, "headers: 56 bytes are not lines of \"name: value\" that end in CRLF");
+	CHECK_STRING(error.text, "headers: 53 bytes are not lines of \"name: value\" that end in CRLF");
 	CHECK(check_size(whole - 1) == GNP_INVALID_ARGUMENT);
 }
 

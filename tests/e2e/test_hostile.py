@@ -303,7 +303,7 @@ def test_work_of_a_vanished_client_stops():
 def test_work_over_its_time_limit_stops():
     with harness.Server(workers=1, work_seconds=0.3) as server:
         with send_long(server) as s:
-            expect_error(harness.read_response(s), 504, "deadline_exceeded")
+            expect_error(harness.read_response(s), 504, "deadline_exceeded", "time: not done after 0.", "need it in 0.3 s (work-seconds)")
             assert server.get("/v2", connection=s).status == 200
         assert server.metric("gnpd_cancelled_total{reason=\"deadline\"}") == 1
 
