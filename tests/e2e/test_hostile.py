@@ -386,6 +386,34 @@ def test_drain_time_is_bounded():
         assert server.wait(3) == 0
 
 
+def test_the_end_while_the_desk_is_asked():
+    """What had come to the desk when the sockets' threads ended was answered on connections that were gone."""
+    request = harness.make_request("DELETE", "/v1/jobs/000000000000000000000000000000")
+
+    def ask(server, over):
+        while not over.is_set():
+            try:
+                with server.connect(5) as s:
+                    while not over.is_set():
+                        s.sendall(request)
+                        harness.read_response(s)
+            except (OSError, AssertionError):
+                time.sleep(0.001)
+    for _ in range(4):
+        over = threading.Event()
+        with harness.Server(access_log="false", drain_seconds=0, http_threads=4) as server:
+            clients = [threading.Thread(target=ask, args=(server, over)) for _ in range(3)]
+            for client in clients:
+                client.start()
+            time.sleep(0.15)
+            server.signal()
+            code = server.wait(10)
+            over.set()
+            for client in clients:
+                client.join()
+            assert code == 0, "the daemon ended with %d" % code
+
+
 def test_hangup_signal_is_survived(server):
     server.signal(signal.SIGHUP)
     harness.eventually(lambda: "SIGHUP" in server.log(), what="the log line")
