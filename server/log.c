@@ -8,7 +8,8 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { LINE = 2048 };
+/* Bytes of a line, of what a client sent (of these each may take six as it is escaped), and of a message. */
+enum { LINE = 3584, SENT = 200, MESSAGE = 512 };
 
 struct line {
 	char text[LINE];
@@ -28,19 +29,26 @@ static void put(struct line *line, const char *format, ...)
 		line->size += (size_t)wrote < room ? (size_t)wrote : room - 1;
 }
 
-/* Quoted and escaped as in JSON, in both formats: what a client sent cannot forge a line. At most 200 bytes of it. */
-static void put_quoted(struct line *line, const char *text)
+/* At most `most` bytes of text, without control characters or others that are not ASCII: no text can forge a line. quoted: as it stands
+ * between the quotes of JSON. */
+static void put_escaped(struct line *line, const char *text, size_t most, bool quoted)
 {
-	put(line, "\"");
-	for (size_t i = 0; text[i] && i < 200; i++) {
+	for (size_t i = 0; text[i] && i < most; i++) {
 		unsigned char c = (unsigned char)text[i];
-		if (c == '"' || c == '\\')
+		if (quoted && (c == '"' || c == '\\'))
 			put(line, "\\%c", c);
 		else if (c < 0x20 || c >= 0x7f)
 			put(line, "\\u%04x", c);
 		else
 			put(line, "%c", c);
 	}
+}
+
+/* As in JSON, in both formats. */
+static void put_quoted(struct line *line, const char *text, size_t most)
+{
+	put(line, "\"");
+	put_escaped(line, text, most, true);
 	put(line, "\"");
 }
 
@@ -78,11 +86,12 @@ static void event_line(const struct gnpd_log *log, const char *level, const char
 		put(line, "{\"time\":\"");
 		put_time(line);
 		put(line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", level);
-		put_quoted(line, text);
+		put_quoted(line, text, MESSAGE);
 		put(line, "}");
 	} else {
 		put_time(line);
-		put(line, " %s: %s", level, text);
+		put(line, " %s: ", level);
+		put_escaped(line, text, MESSAGE, false);
 	}
 }
 
@@ -115,11 +124,11 @@ static void access_json(struct line *line, const struct gnpd_access *access)
 	put(line, "{\"time\":\"");
 	put_time(line);
 	put(line, "\",\"level\":\"info\",\"event\":\"request\",\"request_id\":");
-	put_quoted(line, access->id);
+	put_quoted(line, access->id, SENT);
 	put(line, ",\"remote\":\"%s\",\"principal\":\"%s\",\"method\":", access->remote, access->principal);
-	put_quoted(line, access->method);
+	put_quoted(line, access->method, SENT);
 	put(line, ",\"path\":");
-	put_quoted(line, access->path);
+	put_quoted(line, access->path, SENT);
 	put(line, ",\"status\":%d,\"code\":\"%s\",\"bytes_in\":%zu,\"bytes_out\":%zu,\"points\":%zu,\"seconds\":%.6f,"
 	    "\"waited_seconds\":%.6f}", access->status, access->code_name, access->bytes_in, access->bytes_out,
 	    access->points, access->seconds, access->waited);
@@ -129,12 +138,12 @@ static void access_text(struct line *line, const struct gnpd_access *access)
 {
 	put_time(line);
 	put(line, " %s ", access->remote);
-	put_quoted(line, access->method);
+	put_quoted(line, access->method, SENT);
 	put(line, " ");
-	put_quoted(line, access->path);
+	put_quoted(line, access->path, SENT);
 	put(line, " %d %s in=%zu out=%zu points=%zu seconds=%.6f waited=%.6f id=", access->status, access->code_name,
 	    access->bytes_in, access->bytes_out, access->points, access->seconds, access->waited);
-	put_quoted(line, access->id);
+	put_quoted(line, access->id, SENT);
 	if (access->principal[0])
 		put(line, " principal=%s", access->principal);
 }
@@ -170,7 +179,7 @@ void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access)
 
 void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format, ...)
 {
-	char text[512];
+	char text[MESSAGE];
 	struct line line = {.size = 0};
 	enum gnpd_log_level gravity;
 	va_list arguments;
