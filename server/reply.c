@@ -17,6 +17,13 @@ void gnpd_reply_add(struct gnpd_reply *reply, const char *name, const char *form
 	reply->headers[reply->header_count++].name = name;
 }
 
+struct gnp_buffer *gnpd_reply_json(struct gnpd_reply *reply, int code)
+{
+	reply->code = code;
+	reply->content_type = "application/json";
+	return &reply->body;
+}
+
 size_t gnpd_reply_size(const struct gnpd_reply *reply)
 {
 	size_t size = reply->body.size;

@@ -31,6 +31,9 @@ struct gnpd_reply {
 /* Adds a header; text is cut at 255 bytes, and a header over GNPD_REPLY_HEADERS_MAX is left out. */
 void gnpd_reply_add(struct gnpd_reply *reply, const char *name, const char *format, ...) __attribute__((format(printf, 3, 4)));
 
+/* An answer of JSON, whose body is what is written to the buffer returned. */
+struct gnp_buffer *gnpd_reply_json(struct gnpd_reply *reply, int code);
+
 /* Bytes of the body; 0 of a stream. */
 size_t gnpd_reply_size(const struct gnpd_reply *reply);
 

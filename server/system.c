@@ -4,18 +4,14 @@
 
 gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *error)
 {
-	request->reply.code = 200;
-	request->reply.content_type = "application/json";
-	return gnp_buffer_printf(&request->reply.body, error, "{\"live\":true}\n");
+	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"live\":true}\n");
 }
 
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error)
 {
 	if (atomic_load(&request->server->draining))
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
-	request->reply.code = 200;
-	request->reply.content_type = "application/json";
-	return gnp_buffer_printf(&request->reply.body, error, "{\"ready\":true}\n");
+	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"ready\":true}\n");
 }
 
 struct limits {

@@ -4,24 +4,17 @@
 #include "server.h"
 #include "work.h"
 
-static struct gnp_buffer *begin_json(struct gnpd_request *request)
-{
-	request->reply.code = 200;
-	request->reply.content_type = "application/json";
-	return &request->reply.body;
-}
-
 gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 {
 	const char *build = request->server->metrics.build;
-	return gnp_buffer_printf(begin_json(request), error,
+	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
 	                         "\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
 }
 
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
 {
-	struct gnp_buffer *body = begin_json(request);
+	struct gnp_buffer *body = gnpd_reply_json(&request->reply, 200);
 	const struct gnp_operation *operation;
 	gnp_status status = gnp_buffer_printf(body, error, "[");
 	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL && status == GNP_OK; i++)
@@ -32,14 +25,15 @@ gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
 
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)
 {
-	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->work.models, begin_json(request), error);
+	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->work.models,
+	                              gnpd_reply_json(&request->reply, 200), error);
 }
 
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)
 {
 	if (atomic_load(&request->server->draining))
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
-	return gnp_buffer_printf(begin_json(request), error, "{\"name\":\"%s\",\"ready\":true}\n",
+	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"name\":\"%s\",\"ready\":true}\n",
 	                         gnp_operation_find(request->model)->name);
 }
 
@@ -57,7 +51,7 @@ gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *e
 	const struct gnp_operation *operation = gnp_operation_find(request->model);
 	uint64_t good, bad, nanoseconds;
 	gnpd_metrics_totals(&request->server->metrics, operation_label(operation), &good, &bad, &nanoseconds);
-	return gnp_buffer_printf(begin_json(request), error,
+	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"model_stats\":[{\"name\":\"%s\",\"version\":\"1\",\"inference_count\":%llu,"
 	                         "\"inference_stats\":{\"success\":{\"count\":%llu},\"fail\":{\"count\":%llu},"
 	                         "\"total\":{\"count\":%llu,\"ns\":%llu}}}]}\n",

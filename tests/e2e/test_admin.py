@@ -79,6 +79,25 @@ def test_log_level_changes_while_running():
         harness.eventually(lambda: " debug: http: " in server.log(), what="what the library says")
 
 
+def test_log_level_in_effect_is_in_the_configuration():
+    """It said what the level was at the start."""
+    with Admin(log_level="info") as admin:
+        before = admin.get("/admin/config").text
+        assert "\nlog-level = info\n" in before
+        assert admin.request("PUT", "/admin/log-level?level=warning").status == 200
+        assert admin.get("/admin/config").text == before.replace("log-level = info", "log-level = warning")
+
+
+def test_errors_of_the_log_level_name_the_culprit():
+    """?foo=1&level=info was answered with: level: got "info"."""
+    with Admin() as admin:
+        for query, text in (("?foo=1&level=info", 'unknown parameter "foo", known: level'), ("?level=info&x=1", 'unknown parameter "x", known: level'),
+                            ("", "level: is not given, need error, warning, info or debug"),
+                            ("?level=loud", 'level: got "loud", need error, warning, info or debug'), ("?level=info&level=info", 'query: "level" is given twice')):
+            expect_error(admin.request("PUT", "/admin/log-level" + query), 400, "invalid_argument", text)
+        assert admin.get("/admin/log-level").json == {"level": "info"}
+
+
 def test_reload_by_the_admin_listener():
     with Admin() as admin:
         assert admin.get("/admin/reload").json["done"] == 0
@@ -86,10 +105,10 @@ def test_reload_by_the_admin_listener():
         assert response.status == 202 and response.json == {"reload": 1} and response.headers["location"] == "/admin/reload"
         harness.eventually(lambda: admin.get("/admin/reload").json["done"] == 1)
         assert admin.get("/admin/reload").json == {"asked": 1, "done": 1, "keys": "ok", "certificate": "ok", "weights": "ok"}
-        admin.server.put_weights("bad.safetensors", b"\x00" * 20)
+        admin.server.put_weights("bad\udcff.safetensors", b"\x00" * 20)
         admin.request("POST", "/admin/reload")
         harness.eventually(lambda: admin.get("/admin/reload").json["done"] == 2)
-        assert "bad.safetensors" in admin.get("/admin/reload").json["weights"]
+        assert "bad\ufffd.safetensors" in admin.get("/admin/reload").json["weights"], "a name that is no UTF-8 is JSON all the same"
 
 
 def test_keys_at_the_admin_listener():
