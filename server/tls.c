@@ -7,7 +7,9 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
+#include "log.h"
 #include "secret.h"
 
 enum { CHAIN_MAX = 16, FILE_MAX = 1 << 20 };
@@ -17,7 +19,7 @@ struct gnpd_tls_pair {
 	gnutls_pcert_st certificates[CHAIN_MAX];
 	unsigned count;
 	gnutls_privkey_t key;
-	double expiry;
+	time_t begin, expiry;
 };
 
 struct gnpd_tls {
@@ -42,14 +44,17 @@ static gnp_status fail(struct gnp_error *error, const char *what, const char *pa
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: %s: %s", what, path, gnutls_strerror(code));
 }
 
-static gnp_status read_expiry(struct gnpd_tls_pair *pair, const char *path, const gnutls_datum_t *text, struct gnp_error *error)
+static gnp_status read_validity(struct gnpd_tls_pair *pair, const char *path, const gnutls_datum_t *text, struct gnp_error *error)
 {
 	gnutls_x509_crt_t first;
 	int code = gnutls_x509_crt_init(&first);
 	if (code < 0)
 		return fail(error, "tls-certificate", path, code);
 	code = gnutls_x509_crt_import(first, text, GNUTLS_X509_FMT_PEM);
-	pair->expiry = code < 0 ? 0 : (double)gnutls_x509_crt_get_expiration_time(first);
+	if (code >= 0) {
+		pair->begin = gnutls_x509_crt_get_activation_time(first);
+		pair->expiry = gnutls_x509_crt_get_expiration_time(first);
+	}
 	gnutls_x509_crt_deinit(first);
 	return code < 0 ? fail(error, "tls-certificate", path, code) : GNP_OK;
 }
@@ -62,7 +67,7 @@ static gnp_status import_certificates(struct gnpd_tls_pair *pair, const char *pa
 	if (code < 0)
 		return fail(error, "tls-certificate", path, code);
 	pair->count = count;
-	return read_expiry(pair, path, text, error);
+	return read_validity(pair, path, text, error);
 }
 
 static gnp_status import_key(struct gnpd_tls_pair *pair, const char *path, const gnutls_datum_t *text, struct gnp_error *error)
@@ -179,9 +184,24 @@ struct gnpd_tls_pair *gnpd_tls_pair(struct gnpd_tls *tls)
 double gnpd_tls_expiry(struct gnpd_tls *tls)
 {
 	struct gnpd_tls_pair *pair = gnpd_tls_pair(tls);
-	double expiry = pair->expiry;
+	double expiry = (double)pair->expiry;
 	gnpd_tls_pair_release(pair);
 	return expiry;
+}
+
+void gnpd_tls_warn(struct gnpd_tls *tls, struct gnpd_log *log)
+{
+	struct gnpd_tls_pair *pair = gnpd_tls_pair(tls);
+	time_t now = time(NULL), when = now < pair->begin ? pair->begin : pair->expiry;
+	struct tm utc;
+	char text[32];
+	if (now < pair->begin || now >= pair->expiry) {
+		gmtime_r(&when, &utc);
+		strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+		gnpd_log_event(log, "warning", "tls-certificate: %s: %s %s, clients will refuse it", tls->certificate_path,
+		               now < pair->begin ? "is not valid before" : "expired at", text);
+	}
+	gnpd_tls_pair_release(pair);
 }
 
 void gnpd_tls_pair_contents(struct gnpd_tls_pair *pair, struct gnutls_pcert_st **certificates, unsigned *count,

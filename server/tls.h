@@ -13,6 +13,7 @@
 /* TLS 1.3 and 1.2, forward secrecy only, no SHA-1, the server's order. */
 #define GNPD_TLS_PRIORITIES "SECURE128:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-RSA:-SHA1:%SERVER_PRECEDENCE"
 
+struct gnpd_log;
 struct gnpd_tls;
 struct gnpd_tls_pair;
 
@@ -26,6 +27,9 @@ gnp_status gnpd_tls_reload(struct gnpd_tls *tls, struct gnp_error *error);
 
 /* When the certificate in use ends, in seconds since the epoch. */
 double gnpd_tls_expiry(struct gnpd_tls *tls);
+
+/* A warning when the certificate in use has ended or has not begun: clients refuse it. */
+void gnpd_tls_warn(struct gnpd_tls *tls, struct gnpd_log *log);
 
 /* The pair in use, for gnpd_tls_pair_release, which allows NULL. */
 struct gnpd_tls_pair *gnpd_tls_pair(struct gnpd_tls *tls);

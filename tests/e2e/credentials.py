@@ -62,6 +62,31 @@ def certificate(folder, name, subject="localhost"):
     return pem, key
 
 
+AUTHORITY = """[ca]
+default_ca = any
+[any]
+database = {0}/index
+new_certs_dir = {0}
+default_md = sha256
+serial = {0}/serial
+policy = all
+[all]
+commonName = supplied
+"""
+
+
+def certificate_between(folder, name, begin, end):
+    """The same, valid between two times (YYYYMMDDhhmmssZ), which `openssl req` cannot say."""
+    _, key = certificate(folder, name)
+    pem, request = folder.name(name + ".pem"), folder.name(name + ".request")
+    folder.put("index", "")
+    for command in (["req", "-new", "-key", key, "-out", request, "-subj", "/CN=localhost"],
+                    ["ca", "-config", folder.put("authority", AUTHORITY.format(folder.path)), "-batch", "-notext", "-selfsign", "-create_serial",
+                     "-keyfile", key, "-in", request, "-out", pem, "-startdate", begin, "-enddate", end]):
+        subprocess.run(["openssl", *command], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return pem, key
+
+
 def connect(server, *authorities, versions=None):
     """A TLS connection that trusts the authorities' certificates and no others."""
     context = ssl.create_default_context()

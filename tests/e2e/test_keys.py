@@ -174,7 +174,7 @@ def test_keys_change_while_requests_run():
                 thread.join()
         assert not faults, faults
         log = kit.server.log()
-        assert log.count("reload: the keys in use are kept: keys-file: ") == 3, log
+        assert log.count("reload: keys: what is in use stays: keys-file: ") == 3, log
         for text in ("line 1: need NAME sha256:HASH SCOPES", "got no key", "got mode 0644, which lets others read or write it"):
             assert text in log, text
 
