@@ -54,8 +54,8 @@ static gnp_status choose_model(const struct gnp_models *models, const char *regi
 			best = model;
 	}
 	if (!best && gnp_models_count(models) == 0)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "weights: none are loaded, the estimator gnp needs some (or take estimator gmls or adaptive)");
+		return gnp_error_set(error, GNP_UNAVAILABLE,
+		                     "weights: none are loaded, the estimator gnp needs some; estimator=gmls and estimator=adaptive need none");
 	if (!best)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got auto, none of the %zu models is of the regime %s",
 		                     gnp_models_count(models), regime);

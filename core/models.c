@@ -172,5 +172,7 @@ gnp_status gnp_models_find(const struct gnp_models *models, const char *name, co
 		}
 		snprintf(known + length, sizeof known - length, "%s%s", length ? ", " : "", model->name);
 	}
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got \"%.63s\", known: %s", name, known[0] ? known : "none are loaded");
+	if (!known[0])
+		return gnp_error_set(error, GNP_UNAVAILABLE, "weights: got \"%.63s\", known: none are loaded", name);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got \"%.63s\", known: %s", name, known);
 }

@@ -26,7 +26,7 @@ const char *gnp_models_folder(const struct gnp_models *models);
 size_t gnp_models_count(const struct gnp_models *models);
 const struct gnp_model *gnp_models_at(const struct gnp_models *models, size_t i);
 
-/* By name. GNP_INVALID_ARGUMENT lists those there are. */
+/* By name. GNP_INVALID_ARGUMENT lists those there are; of an empty set GNP_UNAVAILABLE. */
 gnp_status gnp_models_find(const struct gnp_models *models, const char *name, const struct gnp_model **out,
                            struct gnp_error *error);
 

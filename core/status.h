@@ -32,6 +32,7 @@
 	X(GNP_OUT_OF_MEMORY, "out_of_memory", 503, "memory is exhausted")                            \
 	X(GNP_OVERLOADED, "overloaded", 503, "the server is at its limit, try again later")          \
 	X(GNP_DRAINING, "draining", 503, "the server is shutting down")                              \
+	X(GNP_UNAVAILABLE, "unavailable", 503, "the server lacks what this needs")                  \
 	X(GNP_STORAGE, "storage", 503, "the disk does not do its work")                              \
 	X(GNP_DEADLINE, "deadline_exceeded", 504, "the work took longer than its time limit")        \
 	X(GNP_NO_SPACE, "no_space", 507, "there is no room to store it")

@@ -1,7 +1,9 @@
 #include "loader.h"
 
+#include <limits.h>
 #include <pthread.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include "server.h"
 
@@ -28,8 +30,16 @@ static gnp_status load(const char *folder, size_t before, struct gnp_models **ou
 
 static void log_models(struct gnpd_log *log, const char *what, const struct gnp_models *models)
 {
+	static const char without[] = "the estimator gnp, the default, answers 503 unavailable, gmls and adaptive work";
 	const char *folder = gnp_models_folder(models);
-	gnpd_log_event(log, "info", "%s: %zu models%s%s", what, gnp_models_count(models), *folder ? " from " : "", folder);
+	char here[PATH_MAX];
+	if (gnp_models_count(models))
+		gnpd_log_event(log, "info", "%s: %zu models from %s", what, gnp_models_count(models), folder);
+	else if (*folder)
+		gnpd_log_event(log, "warning", "%s: got no *.safetensors in %s: %s", what, folder, without);
+	else
+		gnpd_log_event(log, "warning", "%s: got no *.safetensors in ../share/gnpd/weights beside the program and in ./weights of %s "
+		               "(weights-dir): %s", what, getcwd(here, sizeof here) ? here : "?", without);
 }
 
 static void use(struct gnpd_loader *loader, struct gnp_models *models)
@@ -56,13 +66,12 @@ gnp_status gnpd_loader_reload(struct gnpd_loader *loader, struct gnp_error *erro
 
 gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **out, struct gnp_error *error)
 {
-	const char *folder = server->config->weights_dir;
 	struct gnpd_loader *loader = calloc(1, sizeof *loader);
 	if (!loader)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no memory for %zu bytes", sizeof *loader);
 	loader->server = server;
 	pthread_mutex_init(&loader->lock, NULL);
-	gnp_status status = load(folder, 0, &loader->models, error);
+	gnp_status status = load(server->config->weights_dir, 0, &loader->models, error);
 	if (status != GNP_OK) {
 		pthread_mutex_destroy(&loader->lock);
 		free(loader);
@@ -70,8 +79,6 @@ gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **o
 	}
 	atomic_store(&server->metrics.models, gnp_models_count(loader->models));
 	log_models(&server->log, "weights", loader->models);
-	if (*folder && !gnp_models_count(loader->models))
-		gnpd_log_event(&server->log, "warning", "weights-dir: %s: got no *.safetensors", folder);
 	*out = loader;
 	return GNP_OK;
 }

@@ -350,7 +350,7 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "quantities: the estimator gmls has no mean_curvature_stderr");
 	o = options_all(30, GNP_QUANTITY_BIT(GNP_NORMALS));
 	o.estimator = GNP_ESTIMATOR_GNP;
-	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "weights: none are loaded, the estimator gnp needs some");
+	refuse(&cloud, &o, GNP_UNAVAILABLE, "weights: none are loaded, the estimator gnp needs some");
 	refuse(&few, &good, GNP_INVALID_ARGUMENT, "points: got 29, need at least 30");
 	sample.points[31] = NAN;
 	refuse(&cloud, &good, GNP_INVALID_ARGUMENT, "points: coordinate 1 of point 10 is nan");

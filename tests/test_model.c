@@ -377,9 +377,9 @@ static void no_folder_is_an_error_and_an_empty_one_an_empty_set(void)
 	CHECK(gnp_models_load("/nowhere/at/all", &models, &error) == GNP_IO);
 	CHECK_CONTAINS(error.text, "/nowhere/at/all: No such file or directory");
 	CHECK(gnp_models_load(folder, &models, NULL) == GNP_OK && gnp_models_count(models) == 0);
-	CHECK(gnp_models_find(models, "a", &model, &unknown) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_models_find(models, "a", &model, &unknown) == GNP_UNAVAILABLE);
 	CHECK_STRING(unknown.text, "weights: got \"a\", known: none are loaded");
-	CHECK(gnp_models_find(NULL, "a", &model, NULL) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_models_find(NULL, "a", &model, NULL) == GNP_UNAVAILABLE);
 	gnp_models_release(models);
 	gnp_models_release(NULL);
 }

@@ -129,7 +129,7 @@ static void requests_are_checked(void)
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "k: got \"true\", need an integer");
 	add(&request, "points", GNP_FP32, 5, 3);
 	gnp_values_add_integer(&request.parameters, "weights", 7, NULL);
-	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "weights: got \"7\", known: none are loaded");
+	check_request_error(&request, 0, GNP_UNAVAILABLE, "weights: got \"7\", known: none are loaded");
 }
 
 static void ask(struct gnp_request *request, const char *name)

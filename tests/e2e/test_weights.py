@@ -86,7 +86,7 @@ def test_reload_takes_good_weights_and_keeps_old_ones():
         server.signal(signal.SIGHUP)
         server.wait_metric(RELOADS % "failed", 1)
         assert digests(server) == {"small": digest(OTHER), "more": digest(ONE)}
-        harness.eventually(lambda: "the weights in use are kept: " in server.log() and "small.safetensors: tensor" in server.log())
+        harness.eventually(lambda: "weights: what is in use stays: " in server.log() and "small.safetensors: tensor" in server.log())
         for name in os.listdir(server.weights_folder):
             os.unlink(os.path.join(server.weights_folder, name))
         server.signal(signal.SIGHUP)
@@ -198,13 +198,15 @@ def test_the_models_of_the_tree_know_a_sphere():
             assert worst < (0.5 if "pooled" in name else 0.1), (name, worst)
 
 
-def test_no_weights_are_no_fault():
+def test_no_weights_are_no_fault_of_clients():
+    """It was 400 invalid_argument, and without weights-dir nothing was said at the start."""
     with harness.Server(weights={}) as server:
         assert server.get("/v2/models/estimate").json["weights"] == []
-        assert "got no *.safetensors" in server.log()
+        assert " warning: weights: got no *.safetensors in %s: " % server.weights_folder in server.log()
+        assert server.get("/v2/models/estimate/ready").json == {"name": "estimate", "ready": True}
         headers, body = harness.points_body(CLOUD, weights="clean_50k")
-        expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", 'weights: got "clean_50k", known: none are loaded')
+        expect_error(server.post(ESTIMATE, body, headers), 503, "unavailable", 'weights: got "clean_50k", known: none are loaded')
         headers, body = harness.points_body(CLOUD)
-        expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", "weights: none are loaded, the estimator gnp needs some")
+        expect_error(server.post(ESTIMATE, body, headers), 503, "unavailable", "weights: none are loaded, the estimator gnp needs some; estimator=gmls")
         headers, body = harness.points_body(CLOUD, estimator="gmls")
         assert server.post(ESTIMATE, body, headers).status == 200
