@@ -1,6 +1,6 @@
 /* Configuration: a struct with defaults that a file, the environment and flags edit, in this order of rising precedence.
  *
- * One table (config.c) drives the flags (--queue-count 64), the environment (GNPD_QUEUE_COUNT=64), the keys of the file
+ * One table (config_keys.c) drives the flags (--queue-count 64), the environment (GNPD_QUEUE_COUNT=64), the keys of the file
  * (queue-count = 64), --help, --print-config and the range checks. An unknown key is an error. */
 #ifndef GNPD_CONFIG_H
 #define GNPD_CONFIG_H
@@ -68,23 +68,24 @@ struct gnpd_config {
 	bool access_log;
 };
 
-enum gnpd_config_action { GNPD_CONFIG_RUN, GNPD_CONFIG_HELP, GNPD_CONFIG_VERSION, GNPD_CONFIG_CHECK, GNPD_CONFIG_PRINT };
+/* What the flags ask for, a set. */
+enum gnpd_config_action { GNPD_CONFIG_RUN = 0, GNPD_CONFIG_HELP = 1, GNPD_CONFIG_VERSION = 2, GNPD_CONFIG_CHECK = 4, GNPD_CONFIG_PRINT = 8 };
 
 void gnpd_config_defaults(struct gnpd_config *config);
 
 /* Sets one field from text. GNP_INVALID_ARGUMENT names the key, the value and the range. */
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error);
 
-/* Reads `key = value` lines; # begins a comment line. Errors name file and line. */
+/* Reads `key = value` lines; # begins a comment line. Errors name file and line, of a key given twice both lines. */
 gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error);
 /* The same of an open stream, which stays the caller's; path stands for it in messages. */
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, jobs_dir one that can be
- * written to). */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, jobs_dir and those of the
+ * port files can be written to). *actions: a set of enum gnpd_config_action. */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
-                            enum gnpd_config_action *action, struct gnp_error *error);
+                            unsigned *actions, struct gnp_error *error);
 
 /* May the server listen at an address that is not loopback? key: the one that named it; address: as text. */
 gnp_status gnpd_config_allows(const struct gnpd_config *config, const char *key, const char *address, struct gnp_error *error);

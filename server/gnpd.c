@@ -64,17 +64,24 @@ static void catch_signals(void)
 	signal(SIGXFSZ, SIG_IGN); /* a file over its limit is a write that fails */
 }
 
-static gnp_status raise_file_limit(size_t connections, struct gnp_error *error)
+/* Files that are open beside connections: those of each thread that serves sockets, of each job that runs, and some more. */
+static size_t other_files(const struct gnpd_config *config)
 {
-	enum { OTHER_FILES = 64 };
+	enum { SOME = 64, A_THREAD = 3 /* a copy of the listening socket, an epoll, an eventfd */, ADMIN_THREADS = 1 };
+	return SOME + A_THREAD * (config->http_threads + ADMIN_THREADS) + config->job_runners;
+}
+
+static gnp_status raise_file_limit(const struct gnpd_config *config, struct gnp_error *error)
+{
 	struct rlimit limit;
-	rlim_t need = connections + OTHER_FILES, better = 2 * connections + OTHER_FILES; /* results of jobs are sent from their files */
+	size_t connections = config->max_connections + config->admin_connections, others = other_files(config);
+	rlim_t need = connections + others, better = 2 * connections + others; /* results of jobs are sent from their files */
 	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= better)
 		return GNP_OK;
 	if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < need)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "max-connections: got %zu, need at most %llu: the process may open "
-		                     "%llu files (ulimit -n)", connections, (unsigned long long)limit.rlim_max - OTHER_FILES,
-		                     (unsigned long long)limit.rlim_max);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "open files: the process may have %llu (ulimit -n), need %llu: %zu for connections "
+		                     "(max-connections, admin-connections), %zu for others (http-threads, job-runners)",
+		                     (unsigned long long)limit.rlim_max, (unsigned long long)need, connections, others);
 	limit.rlim_cur = limit.rlim_max == RLIM_INFINITY || limit.rlim_max > better ? better : limit.rlim_max;
 	if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
 		return gnp_error_set(error, GNP_IO, "open files: %s", strerror(errno));
@@ -200,6 +207,8 @@ static gnp_status load_secrets(struct gnpd_server *server, struct gnp_error *err
 	gnp_status status = gnpd_guard_create(config->keys_file, &server->guard, error);
 	if (status == GNP_OK && config->tls_certificate[0])
 		status = gnpd_tls_create(config->tls_certificate, config->tls_key, &server->tls, error);
+	if (status == GNP_OK && server->tls)
+		gnpd_tls_warn(server->tls, &server->log);
 	return status;
 }
 
@@ -224,7 +233,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	server.metrics.build = GNPD_BUILD;
 	gnp_status status = hear_manager(&server, &inherited, error);
 	if (status == GNP_OK)
-		status = raise_file_limit(config->max_connections + config->admin_connections, error);
+		status = raise_file_limit(config, error);
 	if (status == GNP_OK)
 		status = load_secrets(&server, error);
 	if (status == GNP_OK && getrandom(&server.boot, sizeof server.boot, 0) != sizeof server.boot)
@@ -266,34 +275,43 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	return status;
 }
 
-/* What the start would find wrong beyond the configuration itself. */
+/* What the start would find wrong beyond the configuration itself; what it would warn of goes to standard error. */
 static gnp_status check(const struct gnpd_config *config, struct gnp_error *error)
 {
-	struct gnp_models *models = NULL;
 	struct gnpd_server server = {.config = config};
-	gnp_status status = load_secrets(&server, error);
+	gnpd_log_init(&server.log, GNPD_LOG_TEXT, GNPD_LOG_WARNING, STDERR_FILENO);
+	gnp_status status = raise_file_limit(config, error);
 	if (status == GNP_OK)
-		status = gnp_models_load(config->weights_dir, &models, error);
-	gnp_models_release(models);
+		status = load_secrets(&server, error);
+	if (status == GNP_OK)
+		status = gnpd_loader_create(&server, &server.loader, error);
+	gnpd_loader_free(server.loader);
 	gnpd_tls_free(server.tls);
 	gnpd_guard_free(server.guard);
+	gnpd_log_fini(&server.log);
 	return status;
 }
 
-static gnp_status act(enum gnpd_config_action action, const struct gnpd_config *config, struct gnp_error *error)
+/* What is printed after a check can be read as a file of the configuration. */
+static gnp_status act(unsigned actions, const struct gnpd_config *config, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
-	switch (action) {
-	case GNPD_CONFIG_RUN: return run(config, error);
-	case GNPD_CONFIG_HELP: gnpd_config_help(stdout); break;
-	case GNPD_CONFIG_PRINT: gnpd_config_print(config, stdout); break;
-	case GNPD_CONFIG_VERSION: printf("gnpd %s\n", version); break;
-	case GNPD_CONFIG_CHECK:
-		status = check(config, error);
-		if (status == GNP_OK)
-			puts("the configuration is good");
-		break;
+	if (actions == GNPD_CONFIG_RUN)
+		return run(config, error);
+	if (actions & GNPD_CONFIG_HELP) {
+		gnpd_config_help(stdout);
+		return GNP_OK;
 	}
+	if (actions & GNPD_CONFIG_VERSION) {
+		printf("gnpd %s\n", version);
+		return GNP_OK;
+	}
+	if (actions & GNPD_CONFIG_CHECK)
+		status = check(config, error);
+	if (status == GNP_OK && (actions & GNPD_CONFIG_CHECK))
+		printf("%sthe configuration is good\n", actions & GNPD_CONFIG_PRINT ? "# " : "");
+	if (status == GNP_OK && (actions & GNPD_CONFIG_PRINT))
+		gnpd_config_print(config, stdout);
 	return status;
 }
 
@@ -313,15 +331,15 @@ int main(int argc, char **argv)
 {
 	struct gnpd_config config;
 	struct gnp_error error = {0};
-	enum gnpd_config_action action;
+	unsigned actions;
 	gnp_linalg_restart(argv);
 	gnp_linalg_init();
 	gnp_json_memory_init();
 	gnp_status status;
 	if (argc == 3 && strcmp(argv[1], "--make-key") == 0)
 		status = make_key(argv[2], &error);
-	else if ((status = gnpd_config_load(&config, argc, argv, environ, &action, &error)) == GNP_OK)
-		status = act(action, &config, &error);
+	else if ((status = gnpd_config_load(&config, argc, argv, environ, &actions, &error)) == GNP_OK)
+		status = act(actions, &config, &error);
 	if (status == GNP_OK)
 		return EXIT_SUCCESS;
 	fprintf(stderr, "gnpd: %s\n", error.text);

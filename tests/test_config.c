@@ -15,13 +15,13 @@ static gnp_status set(const char *key, const char *text)
 	return gnpd_config_set(&config, key, text, &error);
 }
 
-static gnp_status load(char *const *flags, char *const *environment, enum gnpd_config_action *action)
+static gnp_status load(char *const *flags, char *const *environment, unsigned *actions)
 {
 	int count = 0;
 	while (flags[count])
 		count++;
 	error = (struct gnp_error){0};
-	return gnpd_config_load(&config, count, flags, environment, action, &error);
+	return gnpd_config_load(&config, count, flags, environment, actions, &error);
 }
 
 static char *write_file(const char *text)
@@ -65,6 +65,7 @@ static void values_are_checked_against_their_range(void)
 	CHECK(set("work-seconds", "0.25") == GNP_OK && config.work_seconds == 0.25);
 	CHECK(set("work-seconds", "nan") == GNP_INVALID_ARGUMENT);
 	CHECK(set("work-seconds", "-1") == GNP_INVALID_ARGUMENT);
+	CHECK(set("body-grace-seconds", "1e-05") == GNP_OK && config.body_grace_seconds == 1e-05); /* as it is printed */
 	CHECK(set("insecure", "maybe") == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "insecure: got \"maybe\", need true or false");
 	CHECK(set("log-format", "xml") == GNP_INVALID_ARGUMENT);
@@ -74,6 +75,27 @@ static void values_are_checked_against_their_range(void)
 	CHECK(set("log-level", "debug") == GNP_OK && config.log_level == GNPD_LOG_DEBUG);
 	CHECK(set("queue-size", "1") == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "queue-size: unknown key");
+}
+
+/* "need 1..1099511627776" for 4GB and "need 1..2147483647" for 10M left out what was wrong; 0x10 was 16 seconds. */
+static void errors_say_what_form_is_needed(void)
+{
+	gnpd_config_defaults(&config);
+	static const char *const sizes[] = {"4GB", "1.5G", "G", "-1", "", "0x10", "1 G"}, *const counts[] = {"10M", "1e6", "0x10", "+1"},
+	                         *const seconds[] = {"0x10", "5s", "inf", "nan", "", " 5", "1e", "1_0"};
+	for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+		CHECK(set("max-body-bytes", sizes[i]) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, "need 1..1099511627776: digits, then nothing or one of K, M, G, T (powers of 1024)");
+	}
+	for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+		CHECK(set("max-points", counts[i]) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, "need 1..2147483647: digits alone");
+	}
+	for (size_t i = 0; i < sizeof seconds / sizeof seconds[0]; i++) {
+		CHECK(set("work-seconds", seconds[i]) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, "need 0.01..86400: a decimal number without a unit");
+	}
+	CHECK(config.work_seconds == 300 && config.max_points == 10000000 && config.max_body_bytes == (size_t)512 << 20);
 }
 
 static void text_longer_than_its_field_is_refused(void)
@@ -92,9 +114,9 @@ static void flags_win_over_environment_over_file(void)
 	char *path = write_file("# limits\n\nqueue-count = 1\n  runners=2  \nhttp-threads = 3\n");
 	char *flags[] = {"gnpd", "--config", path, "--queue-count=30", "--insecure", "--log-format", "json", NULL};
 	char *environment[] = {"PATH=/bin", "GNPD_QUEUE_COUNT=20", "GNPD_RUNNERS=21", NULL};
-	enum gnpd_config_action action;
-	CHECK(load(flags, environment, &action) == GNP_OK);
-	CHECK(action == GNPD_CONFIG_RUN);
+	unsigned actions;
+	CHECK(load(flags, environment, &actions) == GNP_OK);
+	CHECK(actions == GNPD_CONFIG_RUN);
 	CHECK(config.queue_count == 30);
 	CHECK(config.runners == 21);
 	CHECK(config.http_threads == 3);
@@ -103,61 +125,114 @@ static void flags_win_over_environment_over_file(void)
 	unlink(path);
 }
 
+/* `--access-log false` was "false: not a flag". */
+static void flags_of_true_and_false_take_the_next_word(void)
+{
+	unsigned actions;
+	char *none[] = {NULL};
+	char *both[] = {"gnpd", "--access-log", "false", "--insecure", "true", NULL};
+	CHECK(load(both, none, &actions) == GNP_OK && !config.access_log && config.insecure);
+	char *alone[] = {"gnpd", "--insecure", "--access-log=false", "--insecure", NULL};
+	CHECK(load(alone, none, &actions) == GNP_OK && !config.access_log && config.insecure);
+	char *wrong[] = {"gnpd", "--insecure", "maybe", NULL};
+	CHECK(load(wrong, none, &actions) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "--insecure: got \"maybe\", need true or false");
+}
+
+static void what_flags_ask_for_is_a_set(void)
+{
+	unsigned actions;
+	char *none[] = {NULL};
+	char *both[] = {"gnpd", "--print-config", "--check-config", "--print-config", NULL};
+	CHECK(load(both, none, &actions) == GNP_OK && actions == (GNPD_CONFIG_PRINT | GNPD_CONFIG_CHECK));
+	char *unnamed[] = {"gnpd", "--make-key", NULL}, *more[] = {"gnpd", "--make-key", "a", "b", NULL};
+	CHECK(load(unnamed, none, &actions) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "--make-key: need a name and nothing else: gnpd --make-key NAME");
+	CHECK(load(more, none, &actions) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "--make-key: need a name");
+}
+
+/* The last of two lines of a key won without a word. */
+static void a_key_is_given_once_in_a_file(void)
+{
+	char want[160], *path = write_file("runners = 2\n# more\nqueue-count = 5\n runners = 2\n");
+	gnpd_config_defaults(&config);
+	error = (struct gnp_error){0};
+	CHECK(gnpd_config_read_file(&config, path, &error) == GNP_INVALID_ARGUMENT);
+	snprintf(want, sizeof want, "%s:4: runners: is given on line 1 too, need it once", path);
+	CHECK_STRING(error.text, want);
+	unlink(path);
+}
+
+static void port_files_need_a_folder(void)
+{
+	unsigned actions;
+	char *none[] = {NULL};
+	char *nowhere[] = {"gnpd", "--port-file", "/nowhere/at/all/port", NULL};
+	CHECK(load(nowhere, none, &actions) == GNP_IO);
+	CHECK_STRING(error.text, "port-file: /nowhere/at/all/port: its folder cannot be written to: No such file or directory");
+	char *admin[] = {"gnpd", "--check-config", "--admin-port-file", "/dev/null/port", NULL};
+	CHECK(load(admin, none, &actions) == GNP_IO);
+	CHECK_CONTAINS(error.text, "admin-port-file: /dev/null/port: its folder cannot be written to: ");
+	char *here[] = {"gnpd", "--port-file", "port", "--admin-port-file", "/tmp/port", NULL};
+	CHECK(load(here, none, &actions) == GNP_OK);
+}
+
 static void unknown_keys_are_errors_everywhere(void)
 {
-	enum gnpd_config_action action;
+	unsigned actions;
 	char *none[] = {NULL};
 	char *flag[] = {"gnpd", "--colour", "red", NULL};
-	CHECK(load(flag, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(flag, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "--colour: unknown key");
 	char *word[] = {"gnpd", "start", NULL};
-	CHECK(load(word, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(word, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "start: not a flag");
 	char *missing[] = {"gnpd", "--listen", NULL};
-	CHECK(load(missing, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(missing, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "--listen: a value is missing");
 
 	char *plain[] = {"gnpd", NULL};
 	char *environment[] = {"GNPD_COLOUR=red", NULL};
-	CHECK(load(plain, environment, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(plain, environment, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "environment: colour: unknown key");
 	char *injected[] = {"GNPD_SERVICE_HOST=10.0.0.1", "GNPD_PORT=tcp://10.0.0.1:80", "GNPD_PORT_80_TCP=x", NULL};
-	CHECK(load(plain, injected, &action) == GNP_OK);
+	CHECK(load(plain, injected, &actions) == GNP_OK);
 
 	char *path = write_file("runners = 2\ncolour = red\n");
 	char *file[] = {"gnpd", "--config", path, NULL};
-	CHECK(load(file, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(file, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, ":2: colour: unknown key");
 	unlink(path);
-	CHECK(load(file, none, &action) == GNP_IO);
+	CHECK(load(file, none, &actions) == GNP_IO);
 	CHECK_CONTAINS(error.text, "No such file");
 }
 
 static void only_loopback_without_insecure(void)
 {
-	enum gnpd_config_action action;
+	unsigned actions;
 	char *none[] = {NULL};
 	char *open[] = {"gnpd", "--listen", "0.0.0.0:80", NULL};
-	CHECK(load(open, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(open, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "listen: got \"0.0.0.0:80\", need a loopback address");
 	char *insecure[] = {"gnpd", "--listen", "0.0.0.0:80", "--insecure", NULL};
-	CHECK(load(insecure, none, &action) == GNP_OK);
+	CHECK(load(insecure, none, &actions) == GNP_OK);
 	char *keys[] = {"gnpd", "--listen", "0.0.0.0:80", "--admin-listen", "[::]:81", "--keys-file", "keys", NULL};
-	CHECK(load(keys, none, &action) == GNP_OK);
+	CHECK(load(keys, none, &actions) == GNP_OK);
 	char *admin[] = {"gnpd", "--admin-listen", "[::]:81", NULL};
-	CHECK(load(admin, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(admin, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "admin-listen: got \"[::]:81\", need a loopback address");
 	char *name[] = {"gnpd", "--admin-listen", "example.org:81", NULL};
-	CHECK(load(name, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(name, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "admin-listen: got \"example.org\", need a numeric address and a port");
 	char *half[] = {"gnpd", "--tls-key", "key.pem", NULL};
-	CHECK(load(half, none, &action) == GNP_INVALID_ARGUMENT);
+	CHECK(load(half, none, &actions) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "tls-certificate: is not given, need it with tls-key");
 	char *directory[] = {"gnpd", "--weights-dir", "/dev/null/weights", NULL};
-	CHECK(load(directory, none, &action) == GNP_IO);
+	CHECK(load(directory, none, &actions) == GNP_IO);
 	CHECK_CONTAINS(error.text, "weights-dir: /dev/null/weights");
 	char *file[] = {"gnpd", "--weights-dir", "/dev/null", NULL};
-	CHECK(load(file, none, &action) == GNP_IO);
+	CHECK(load(file, none, &actions) == GNP_IO);
 }
 
 static void addresses_are_numeric(void)
@@ -240,8 +315,13 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {
 		TEST(defaults_are_loopback_and_bounded),
 		TEST(values_are_checked_against_their_range),
+		TEST(errors_say_what_form_is_needed),
 		TEST(text_longer_than_its_field_is_refused),
 		TEST(flags_win_over_environment_over_file),
+		TEST(flags_of_true_and_false_take_the_next_word),
+		TEST(what_flags_ask_for_is_a_set),
+		TEST(a_key_is_given_once_in_a_file),
+		TEST(port_files_need_a_folder),
 		TEST(unknown_keys_are_errors_everywhere),
 		TEST(only_loopback_without_insecure),
 		TEST(addresses_are_numeric),

@@ -1,5 +1,6 @@
 """The daemon under a service manager: what it hears, the sockets it hands over, and which build it runs."""
 import os
+import resource
 import shutil
 import signal
 import socket
@@ -157,6 +158,65 @@ def test_build_is_told(server):
     build = text.split("(")[1].rstrip(")\n") if "(" in text else ""
     assert server.get("/v2").json["version"] == version + ("+" + build if build else "")
     assert "gnpd_build_info{version=\"%s\",build=\"%s\"} 1\n" % (version, build) in server.get("/metrics").text
+
+
+def gnpd(*flags, **arguments):
+    """A run that ends by itself."""
+    return subprocess.run([harness.BINARY, *flags], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=20 * SLOW, **arguments)
+
+
+def test_check_and_print_of_the_configuration():
+    """Of --check-config and --print-config the last won."""
+    both = gnpd("--check-config", "--print-config", "--queue-count", "7")
+    assert both.returncode == 0 and both.stdout.startswith("# the configuration is good\nlisten = ") and "\nqueue-count = 7\n" in both.stdout, both
+    with credentials.Folder() as folder:
+        assert gnpd("--print-config", "--config", folder.put("conf", both.stdout)).stdout == both.stdout.split("\n", 1)[1]
+        keys = folder.put("keys", "nonsense\n")
+        bad = gnpd("--print-config", "--check-config", "--keys-file", keys)
+        assert bad.returncode == 1 and bad.stdout == "" and "keys-file: " in bad.stderr, bad
+        nowhere = gnpd("--check-config", "--port-file", folder.name("none/port"))
+        assert nowhere.returncode == 1 and "port-file: %s: its folder cannot be written to" % folder.name("none/port") in nowhere.stderr, nowhere
+    assert gnpd("--make-key").stderr == "gnpd: --make-key: need a name and nothing else: gnpd --make-key NAME\n"
+
+
+def test_want_of_weights_is_warned_of():
+    """A start in a folder without ./weights, and a check, said nothing of it."""
+    with credentials.Folder() as folder:
+        done = gnpd("--check-config", cwd=folder.path)
+        assert done.returncode == 0 and done.stdout == "the configuration is good\n", done
+        assert " warning: weights: got no *.safetensors in ../share/gnpd/weights beside the program and in ./weights of %s " % folder.path in done.stderr, done
+        done = gnpd("--check-config", "--weights-dir", folder.path)
+        assert " warning: weights: got no *.safetensors in %s: the estimator gnp, the default, answers 503" % folder.path in done.stderr, done
+
+
+def test_certificates_out_of_their_time_are_warned_of():
+    with credentials.Folder() as folder:
+        old = credentials.certificate_between(folder, "old", "20200101000000Z", "20210203040506Z")
+        new = credentials.certificate_between(folder, "new", "20980101000000Z", "20990101000000Z")
+        for pair, text in ((old, "expired at 2021-02-03T04:05:06Z"), (new, "is not valid before 2098-01-01T00:00:00Z")):
+            done = gnpd("--check-config", "--tls-certificate", pair[0], "--tls-key", pair[1])
+            assert done.returncode == 0 and " warning: tls-certificate: %s: %s, clients will refuse it\n" % (pair[0], text) in done.stderr, done
+        with harness.Server(environment={"GNPD_TLS_CERTIFICATE": old[0], "GNPD_TLS_KEY": old[1]}) as server:
+            assert server.log().count(": expired at 2021-02-03T04:05:06Z") == 1
+            server.signal(signal.SIGHUP)
+            harness.eventually(lambda: server.log().count(": expired at 2021-02-03T04:05:06Z") == 2)
+        good = credentials.certificate(folder, "good")
+        assert "tls-certificate" not in gnpd("--check-config", "--tls-certificate", good[0], "--tls-key", good[1]).stderr
+
+
+def test_files_of_threads_are_counted():
+    """64 threads at sockets take 192 files; 64 were counted for all that are no connections."""
+    def limited(most, *flags):
+        return gnpd("--check-config", "--max-connections", "100", "--admin-connections", "10", "--job-runners", "2", *flags,
+                    preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (most, most)))
+    done = limited(300, "--http-threads", "64")
+    assert done.returncode == 1 and "open files: the process may have 300 (ulimit -n), need 371: 110 for connections" in done.stderr, done
+    for most, threads in ((371, "64"), (300, "2")):
+        assert limited(most, "--http-threads", threads).returncode == 0, (most, threads)
+    limits = {resource.RLIMIT_NOFILE: (371, 371)}
+    with harness.Server(limits=limits, max_connections=100, admin_connections=10, http_threads=64, admin_listen="127.0.0.1:0") as server:
+        others = len(os.listdir("/proc/%d/fd" % server.process.pid))
+        assert 3 * 64 < others <= 371 - 110, others
 
 
 def test_units_and_configuration_that_are_shipped():
