@@ -1,6 +1,7 @@
 #include "config_keys.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -141,15 +142,29 @@ static bool parse_seconds(const char *text, double *value)
 	return *end == '\0' && text[strspn(text, "0123456789.eE+-")] == '\0';
 }
 
+/* As the key's values may be written: 64T, 16K, 0.01. */
+static void format_bound(enum kind kind, double value, char text[32])
+{
+	static const char *const units[] = {"", "K", "M", "G", "T"};
+	size_t unit = 0;
+	for (; kind == BYTES && value >= 1024 && fmod(value, 1024) == 0 && unit < 4; unit++)
+		value /= 1024;
+	snprintf(text, 32, "%.15g%s", value, units[unit]);
+}
+
 static gnp_status set_number(const struct field *field, void *target, const char *text, struct gnp_error *error)
 {
 	static const char *const forms[] = {[COUNT] = ": digits alone", [SECONDS] = ": a decimal number without a unit",
 	                                    [BYTES] = ": digits, then nothing or one of K, M, G, T (powers of 1024)"};
 	double value;
 	bool valid = field->kind == SECONDS ? parse_seconds(text, &value) : parse_count(text, field->kind == BYTES, &value);
-	if (!valid || !(value >= field->minimum && value <= field->maximum))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.80s\", need %.15g..%.15g%s", field->key, text,
-		                     field->minimum, field->maximum, valid ? "" : forms[field->kind]);
+	if (!valid || !(value >= field->minimum && value <= field->maximum)) {
+		char least[32], most[32];
+		format_bound(field->kind, field->minimum, least);
+		format_bound(field->kind, field->maximum, most);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.80s\", need %s..%s%s", field->key, text, least, most,
+		                     valid ? "" : forms[field->kind]);
+	}
 	if (field->kind == SECONDS)
 		*(double *)target = value;
 	else

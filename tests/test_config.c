@@ -85,7 +85,7 @@ static void errors_say_what_form_is_needed(void)
 	                         *const seconds[] = {"0x10", "5s", "inf", "nan", "", " 5", "1e", "1_0"};
 	for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
 		CHECK(set("max-body-bytes", sizes[i]) == GNP_INVALID_ARGUMENT);
-		CHECK_CONTAINS(error.text, "need 1..1099511627776: digits, then nothing or one of K, M, G, T (powers of 1024)");
+		CHECK_CONTAINS(error.text, "need 1..1T: digits, then nothing or one of K, M, G, T (powers of 1024)");
 	}
 	for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
 		CHECK(set("max-points", counts[i]) == GNP_INVALID_ARGUMENT);
@@ -95,6 +95,12 @@ static void errors_say_what_form_is_needed(void)
 		CHECK(set("work-seconds", seconds[i]) == GNP_INVALID_ARGUMENT);
 		CHECK_CONTAINS(error.text, "need 0.01..86400: a decimal number without a unit");
 	}
+	CHECK(set("queue-bytes", "9") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "queue-bytes: got \"9\", need 1K..64T");
+	CHECK(set("connection-memory-bytes", "1T") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "connection-memory-bytes: got \"1T\", need 16K..16M");
+	CHECK(set("jobs-bytes", "1025T") == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "jobs-bytes: got \"1025T\", need 1K..1024T");
 	CHECK(config.work_seconds == 300 && config.max_points == 10000000 && config.max_body_bytes == (size_t)512 << 20);
 }
 
