@@ -177,7 +177,7 @@ install: all ## install to $(DESTDIR)$(PREFIX)
 		test ! -f $$f || install -m 644 $$f $(DESTDIR)$(PREFIX)/share/gnpd/weights || exit 1; done
 	for f in weights/curves/*.png; do \
 		test ! -f $$f || install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/gnpd/weights/curves $$f || exit 1; done
-	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE deploy/gnpd.conf
+	install -D -m 644 -t $(DESTDIR)$(PREFIX)/share/doc/gnpd $(wildcard README.md) LICENSE deploy/gnpd.conf server/CONFIGURATION.md server/METRICS.md
 	install -d $(DESTDIR)$(UNITS)
 	for unit in gnpd.service gnpd.socket; do \
 		sed 's|@PREFIX@|$(PREFIX)|g' deploy/$$unit > $(DESTDIR)$(UNITS)/$$unit || exit 1; done
