@@ -13,7 +13,8 @@ enum gnp_exit gnp_exit_of(gnp_status status, bool remote)
 	case GNP_SINGULAR:
 	case GNP_NO_CONVERGENCE: return GNP_EXIT_DATA;
 	case GNP_IO:
-	case GNP_NOT_FOUND: return remote ? GNP_EXIT_SERVER : GNP_EXIT_DATA;
+	case GNP_NOT_FOUND:
+	case GNP_UNAVAILABLE: return remote ? GNP_EXIT_SERVER : GNP_EXIT_DATA;
 	default: return remote ? GNP_EXIT_SERVER : GNP_EXIT_INTERNAL;
 	}
 }
