@@ -99,7 +99,7 @@ static int handle(const struct kind *kind, long number, long count)
 	if (status == GNP_OK) {
 		request->work.operation = request->model ? gnp_operation_find(request->model) : NULL;
 		request->work.codec = gnpd_routes_codec(request->route);
-		gnpd_work_begin(&request->work, 60, NULL);
+		gnpd_work_begin(&request->work, 60, "work-seconds", NULL);
 		status = request->route->handler(request, &error);
 	}
 	error.status = status;
