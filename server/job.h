@@ -44,8 +44,6 @@ struct gnpd_jobs {
 	struct gnpd_jobs_counts counts; /* but for states and bytes */
 };
 
-int64_t gnpd_jobs_now(void); /* microseconds since the epoch */
-
 /* Lock held, or nobody else about. Puts a job into the table, which holds a reference. */
 gnp_status gnpd_jobs_insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp_error *error);
 /* Lock held. Takes it out again and gives the table's reference up. */

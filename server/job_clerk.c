@@ -1,6 +1,5 @@
 /* What time does to jobs: those that run too long are stopped, those that are over are let go. */
-#include <time.h>
-
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -18,7 +17,7 @@ static void stop_overdue(struct gnpd_jobs *jobs)
 /* A reference to a job whose time has come, or NULL. *remove: its second time. */
 static struct gnpd_job *find_due(struct gnpd_jobs *jobs, bool *remove)
 {
-	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_jobs_now();
+	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_clock_now();
 	struct gnpd_job *due = NULL;
 	pthread_mutex_lock(&jobs->lock);
 	for (size_t i = 0; i < jobs->count && !due; i++) {
@@ -89,18 +88,6 @@ bool gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
 	return made;
 }
 
-static void wait_tick(struct gnpd_jobs *jobs)
-{
-	struct timespec until;
-	clock_gettime(CLOCK_MONOTONIC, &until);
-	until.tv_nsec += 100000000;
-	if (until.tv_nsec >= 1000000000) {
-		until.tv_nsec -= 1000000000;
-		until.tv_sec++;
-	}
-	pthread_cond_timedwait(&jobs->wake, &jobs->lock, &until);
-}
-
 void *gnpd_job_clerk(void *argument)
 {
 	struct gnpd_jobs *jobs = argument;
@@ -111,7 +98,7 @@ void *gnpd_job_clerk(void *argument)
 		let_go(jobs);
 		pthread_mutex_lock(&jobs->lock);
 		if (!jobs->stopping)
-			wait_tick(jobs);
+			gnpd_clock_tick(&jobs->wake, &jobs->lock);
 	}
 	pthread_mutex_unlock(&jobs->lock);
 	return NULL;

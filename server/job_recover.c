@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -20,7 +21,7 @@ static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 {
 	record->state = GNPD_JOB_FAILED;
 	record->error = GNP_INTERNAL;
-	record->finished = gnpd_jobs_now();
+	record->finished = gnpd_clock_now();
 	snprintf(record->error_text, sizeof record->error_text, "the daemon ended %llu times while it ran, need at most %zu (jobs-attempts)",
 	         (unsigned long long)record->attempts, jobs->server->config->jobs_attempts);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -224,7 +225,7 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	size_t size = 0;
 	next.state = GNPD_JOB_RUNNING;
-	next.started = gnpd_jobs_now();
+	next.started = gnpd_clock_now();
 	next.attempts++;
 	int fd = gnpd_job_store_open_file(&run->jobs->store, next.id, GNPD_JOB_CHECKPOINT_FILE, &size);
 	if (fd >= 0) {
@@ -302,7 +303,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 	if (status != GNP_OK)
 		return status;
 	next.state = GNPD_JOB_SUCCEEDED;
-	next.finished = gnpd_jobs_now();
+	next.finished = gnpd_clock_now();
 	next.attempts = 0;
 	status = gnpd_job_commit(run->job, &next, error);
 	if (status == GNP_OK)
@@ -316,7 +317,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 static void fail(struct run *run, gnp_status status, const struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
-	next.finished = gnpd_jobs_now();
+	next.finished = gnpd_clock_now();
 	if (status == GNP_CANCELLED) {
 		next.state = GNPD_JOB_CANCELLED;
 	} else {

@@ -11,6 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "clock.h"
+
 static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffix[] = ".new";
 static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
 static const char temporary_prefix[] = "gnpd-jobs.";
@@ -289,11 +291,9 @@ static void set_aside(struct gnpd_job_store *store, const char *id, struct gnpd_
 
 static void fail(struct gnpd_job_record *record, const char *what)
 {
-	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
 	record->state = GNPD_JOB_FAILED;
 	record->error = GNP_STORAGE;
-	record->finished = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+	record->finished = gnpd_clock_now();
 	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
 }
 

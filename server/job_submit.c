@@ -4,6 +4,7 @@
 #include <string.h>
 #include <sys/random.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -11,7 +12,7 @@
 static gnp_status make_id(struct gnpd_jobs *jobs, struct gnpd_job_record *record, struct gnp_error *error)
 {
 	unsigned long long chance;
-	record->created = gnpd_jobs_now();
+	record->created = gnpd_clock_now();
 	jobs->last = record->created > jobs->last ? record->created : jobs->last + 1;
 	if (getrandom(&chance, sizeof chance, 0) != sizeof chance)
 		return gnp_error_set(error, GNP_IO, "random numbers: %s", strerror(errno));

@@ -3,17 +3,10 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
-
-int64_t gnpd_jobs_now(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
-	return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
 
 /* ---- Records ---- */
 
@@ -138,7 +131,7 @@ static void cancel_queued(struct gnpd_jobs *jobs, struct gnpd_job *job)
 	struct gnpd_job_record next = gnpd_job_record_now(job);
 	struct gnp_error error = {0};
 	next.state = GNPD_JOB_CANCELLED;
-	next.finished = gnpd_jobs_now();
+	next.finished = gnpd_clock_now();
 	if (gnpd_job_put_record(job, &next, &error) != GNP_OK) {
 		gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it was cancelled could not be written: %s", next.id, error.text);
 		pthread_mutex_lock(&jobs->disk);
@@ -184,11 +177,7 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 	if (!jobs)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
 	jobs->server = server;
-	pthread_condattr_t monotonic;
-	pthread_condattr_init(&monotonic);
-	pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-	pthread_cond_init(&jobs->wake, &monotonic);
-	pthread_condattr_destroy(&monotonic);
+	gnpd_clock_init(&jobs->wake);
 	pthread_mutex_init(&jobs->disk, NULL);
 	pthread_mutex_init(&jobs->lock, NULL);
 	pthread_mutex_init(&jobs->turn, NULL);
