@@ -65,6 +65,7 @@ gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const s
 {
 	char beside[NAME_MAX_BYTES];
 	snprintf(beside, sizeof beside, "%s.new", name);
+	bool replaces = faccessat(disk->folder, name, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
 	if (!write_file(disk, beside, pieces, count) || renameat(disk->folder, beside, disk->folder, name) != 0) {
 		int number = errno;
 		unlinkat(disk->folder, beside, 0);
@@ -73,7 +74,8 @@ gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const s
 	if (sync_if_durable(disk, disk->folder))
 		return GNP_OK;
 	int number = errno;
-	unlinkat(disk->folder, name, 0);
+	if (!replaces)
+		unlinkat(disk->folder, name, 0);
 	return gnpd_disk_failure(number, "cannot write", name, error);
 }
 

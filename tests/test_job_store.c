@@ -152,7 +152,8 @@ static void a_failing_write_leaves_what_was_there(void)
 	close_and_remove(&store);
 }
 
-static void what_cannot_be_synced_is_not_there(void)
+/* A file that replaced another was removed when the folder could not be synced, and then there was neither: a record went with its job. */
+static void what_cannot_be_synced_is_not_there_but_in_place_of_another(void)
 {
 	struct gnpd_job_store store;
 	open_fresh(&store);
@@ -165,6 +166,11 @@ static void what_cannot_be_synced_is_not_there(void)
 	syncs = 0;
 	good_syncs = 1; /* the file's; the folder's fails */
 	CHECK(put_text(&store, "second one", NULL) == GNP_STORAGE);
+	check_content(&store, "second one");
+	CHECK(!has(ID, ".result.new"));
+	CHECK(gnpd_job_store_remove(&store, ID, GNPD_JOB_RESULT_FILE, NULL) == GNP_STORAGE && !has(ID, ".result"));
+	syncs = 0;
+	CHECK(put_text(&store, "a new one", NULL) == GNP_STORAGE);
 	CHECK(!has(ID, ".result") && !has(ID, ".result.new"));
 	close_and_remove(&store);
 }
@@ -298,7 +304,7 @@ static void jobs_without_their_files_have_failed(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there),
+		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there_but_in_place_of_another),
 		TEST(one_daemon_at_a_time),                    TEST(folders_that_will_not_do_are_refused),
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
