@@ -25,6 +25,7 @@ struct gnpd_job {
 	double began;                  /* gnp_clock() */
 	struct gnpd_job_progress progress;
 	unsigned version;
+	double again;                  /* gnp_clock() before which the clerk lets it be; the clerk's */
 };
 
 struct gnpd_jobs {
@@ -40,6 +41,7 @@ struct gnpd_jobs {
 	size_t memory;                  /* that those that run have reserved */
 	int64_t last;                   /* microseconds of the newest id */
 	bool parking, stopping, clerk_runs;
+	double silent_until;            /* gnp_clock() before which the clerk does not complain again; the clerk's */
 	pthread_t clerk;
 	struct gnpd_jobs_counts counts; /* but for states and bytes */
 };
@@ -68,8 +70,8 @@ struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job);
  * does not fit jobs-bytes. */
 gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error);
 
-/* Removes a file the job has no more use for. */
-void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file);
+/* Removes a file the job has no more use for. What cannot be removed still counts. */
+gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error);
 
 /* Removes the job, which is over, with its files. disk is held. */
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);
@@ -80,7 +82,7 @@ void gnpd_job_enqueue(struct gnpd_job *job);
 void gnpd_job_run(struct gnpd_queued *queued);
 /* job_clerk.c */
 void *gnpd_job_clerk(void *jobs);
-/* Removes the oldest job that expired, if the table is full. */
-bool gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
+/* Removes the oldest job that expired and can be removed, if the table is full. */
+void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
 
 #endif

@@ -240,8 +240,8 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 /* Every end is committed after its files are there and before those it no longer needs go. */
 static void clean(struct run *run)
 {
-	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE);
-	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 }
 
 static const char *header_of(const struct gnpd_reply *reply, const char *name)
@@ -308,7 +308,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 	status = gnpd_job_commit(run->job, &next, error);
 	if (status == GNP_OK)
 		return GNP_OK;
-	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE, NULL);
 	return status;
 }
 

@@ -67,11 +67,12 @@ static struct gnpd_job *make_job(struct gnpd_jobs *jobs, const struct gnpd_work 
 	return NULL;
 }
 
-/* Lock held. The principal's job with the key, or NULL. */
-static struct gnpd_job *with_key(const struct gnpd_jobs *jobs, const char *principal, const char *key)
+/* Lock held. The principal's job with the same key, or NULL. */
+static struct gnpd_job *same_key(const struct gnpd_jobs *jobs, const struct gnpd_job *job)
 {
-	for (size_t i = 0; i < jobs->count; i++)
-		if (strcmp(jobs->items[i]->record.key, key) == 0 && strcmp(jobs->items[i]->record.principal, principal) == 0)
+	const struct gnpd_job_record *record = &job->record;
+	for (size_t i = 0; i < jobs->count && *record->key; i++)
+		if (strcmp(jobs->items[i]->record.key, record->key) == 0 && strcmp(jobs->items[i]->record.principal, record->principal) == 0)
 			return jobs->items[i];
 	return NULL;
 }
@@ -116,13 +117,23 @@ static gnp_status check_room(struct gnpd_jobs *jobs, size_t bytes, struct gnp_er
 	return GNP_OK;
 }
 
+/* What expired goes for a new job, not for one that is there already. */
+static void make_room(struct gnpd_jobs *jobs, const struct gnpd_job *job)
+{
+	pthread_mutex_lock(&jobs->lock);
+	bool is_new = !same_key(jobs, job);
+	pthread_mutex_unlock(&jobs->lock);
+	if (is_new)
+		gnpd_job_clerk_make_room(jobs);
+}
+
 /* Takes the job in as one that arrives, or finds the one that is there already (*existing, a reference). */
 static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnpd_job **existing, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	*existing = NULL;
 	pthread_mutex_lock(&jobs->lock);
-	struct gnpd_job *old = *job->record.key ? with_key(jobs, job->record.principal, job->record.key) : NULL;
+	struct gnpd_job *old = same_key(jobs, job);
 	if (old) {
 		status = check_same(old, job, error);
 		if (status == GNP_OK) {
@@ -158,7 +169,7 @@ gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work
 	struct gnpd_job *old = NULL, *job = make_job(jobs, work, principal, key);
 	if (!job)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
-	gnpd_job_clerk_make_room(jobs);
+	make_room(jobs, job);
 	gnp_status status = admit(jobs, job, &old, error);
 	if (status != GNP_OK || old) {
 		gnpd_job_release(job);

@@ -75,10 +75,10 @@ gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_
 	return status;
 }
 
-void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file)
+gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error)
 {
-	gnpd_job_store_remove(&job->jobs->store, job->record.id, file, NULL);
-	gnpd_job_account(job, file, 0, NULL);
+	gnp_status status = gnpd_job_store_remove(&job->jobs->store, job->record.id, file, error);
+	return status == GNP_OK ? gnpd_job_account(job, file, 0, error) : status;
 }
 
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error)
@@ -138,8 +138,8 @@ static void cancel_queued(struct gnpd_jobs *jobs, struct gnpd_job *job)
 		gnpd_job_remove(job, NULL);
 		pthread_mutex_unlock(&jobs->disk);
 	}
-	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE);
-	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE);
+	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	gnpd_job_publish(job, &next);
 }
 

@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <stdatomic.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "job.h"
@@ -220,11 +221,98 @@ static void an_end_that_cannot_be_written_is_told_and_run_again(void)
 	}
 }
 
+/* ---- Jobs that cannot be let go ---- */
+
+/* In the place of the job's file, what can neither be removed as a file nor be written over. */
+static void block(const struct gnpd_job *job, const char *suffix)
+{
+	char path[GNPD_CONFIG_TEXT + 64];
+	snprintf(path, sizeof path, "%s/%s%s", config.jobs_dir, job->record.id, suffix);
+	CHECK((unlink(path) == 0 || errno == ENOENT) && mkdir(path, 0700) == 0);
+}
+
+static bool is_gone(const char *id)
+{
+	struct gnpd_job *job = NULL;
+	if (gnpd_jobs_find(server.jobs, "", id, &job, NULL) != GNP_OK)
+		return true;
+	gnpd_job_release(job);
+	return false;
+}
+
+static size_t lines_of(int fd)
+{
+	char text[65536];
+	ssize_t size = pread(fd, text, sizeof text, 0);
+	size_t count = 0;
+	for (ssize_t i = 0; i < size; i++)
+		count += text[i] == '\n';
+	return count;
+}
+
+/* The clerk tried the first of them for ever, as fast as it could, with a line in the log each time, and never saw that it was to stop. */
+static void what_cannot_be_let_go_holds_nothing_up(void)
+{
+	static const char *const suffixes[] = {".job", ".result"};
+	FILE *log = tmpfile();
+	int before = server.log.fd;
+	server.log.fd = fileno(log);
+	config.jobs_ttl_seconds = 0.5;
+	for (size_t i = 0; i < 2; i++) {
+		char id[GNPD_JOB_ID + 1];
+		make_folder();
+		open_jobs();
+		struct gnpd_job *first = submitted("", NULL, false);
+		ended(first);
+		block(first, suffixes[i]);
+		struct gnpd_job *second = submitted("", NULL, false);
+		strcpy(id, second->record.id);
+		gnpd_job_release(second);
+		for (int j = 0; j < 10000 && !is_gone(id); j++)
+			usleep(1000);
+		CHECK(is_gone(id) && !is_gone(first->record.id));
+		gnpd_job_release(first);
+		double began = gnp_clock();
+		close_jobs();
+		CHECK(gnp_clock() - began < 5);
+		remove_folder();
+	}
+	CHECK(lines_of(server.log.fd) == 2);
+	server.log.fd = before;
+	gnpd_config_defaults(&config);
+	fclose(log);
+}
+
+/* Room was made before the key was looked up, and what went was the very job that was asked for again. */
+static void a_job_is_not_dropped_for_itself(void)
+{
+	config.jobs_ttl_seconds = 0.5;
+	config.jobs_count = 1;
+	open_jobs();
+	struct gnpd_job *job = submitted("", "key", false);
+	struct gnpd_job_view view = ended(job);
+	for (int i = 0; i < 10000 && view.record.state != GNPD_JOB_EXPIRED; i++) {
+		usleep(1000);
+		gnpd_job_look(job, &view);
+	}
+	CHECK(view.record.state == GNPD_JOB_EXPIRED);
+	struct gnpd_job *same = submitted("", "key", true);
+	CHECK(same == job);
+	gnpd_job_release(same);
+	gnpd_job_release(job);
+	job = submitted("", "another", false); /* for that one it is */
+	ended(job);
+	gnpd_job_release(job);
+	close_jobs();
+	gnpd_config_defaults(&config);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(jobs_are_their_principals), TEST(a_job_that_cannot_be_written_is_refused_whole),
 		TEST(an_end_that_cannot_be_written_is_told_and_run_again),
+		TEST(what_cannot_be_let_go_holds_nothing_up), TEST(a_job_is_not_dropped_for_itself),
 	};
 	gnp_linalg_init();
 	make_cloud();
