@@ -11,7 +11,7 @@ enum { NAME_MAX_BYTES = 256 };
 
 void gnpd_disk_init(struct gnpd_disk *disk, int folder, bool durable)
 {
-	*disk = (struct gnpd_disk){.folder = folder, .durable = durable, .write = write, .sync = fsync};
+	*disk = (struct gnpd_disk){.folder = folder, .durable = durable, .write = write, .sync = fsync, .open = openat, .next = readdir};
 }
 
 gnp_status gnpd_disk_failure(int number, const char *what, const char *name, struct gnp_error *error)
@@ -82,11 +82,15 @@ gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const s
 int gnpd_disk_open(const struct gnpd_disk *disk, const char *name, size_t *size)
 {
 	struct stat information;
-	int fd = openat(disk->folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-	if (fd < 0)
+	int fd = disk->open(disk->folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+	if (fd < 0) {
+		errno = errno == ELOOP ? ENOENT : errno;
 		return -1;
-	if (fstat(fd, &information) != 0 || !S_ISREG(information.st_mode)) {
+	}
+	int number = fstat(fd, &information) != 0 ? errno : S_ISREG(information.st_mode) ? 0 : ENOENT;
+	if (number) {
 		close(fd);
+		errno = number;
 		return -1;
 	}
 	*size = (size_t)information.st_size;

@@ -253,9 +253,16 @@ static gnp_status list_names(const struct gnpd_job_store *store, struct names *n
 		return fault(store->path, errno, error);
 	}
 	gnp_status status = GNP_OK;
-	for (struct dirent *entry; status == GNP_OK && (entry = readdir(directory));)
+	for (;;) {
+		errno = 0; /* the end of the folder leaves it so */
+		struct dirent *entry = status == GNP_OK ? store->disk.next(directory) : NULL;
+		if (!entry)
+			break;
 		if (entry->d_name[0] != '.')
 			status = add_name(names, entry->d_name, error);
+	}
+	if (status == GNP_OK && errno)
+		status = fault(store->path, errno, error);
 	closedir(directory);
 	if (names->count)
 		qsort(names->items, names->count, sizeof *names->items, compare_names);
@@ -297,18 +304,24 @@ static void fail(struct gnpd_job_record *record, const char *what)
 	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
 }
 
-/* What the record needs is there whole. */
-static void check_files(struct gnpd_job_store *store, struct gnpd_job_record *record)
+/* A job whose files are not there whole has failed. */
+static gnp_status check_files(struct gnpd_job_store *store, struct gnpd_job_record *record, struct gnp_error *error)
 {
 	bool final = gnpd_job_state_is_final(record->state);
-	if (final && record->state != GNPD_JOB_SUCCEEDED)
-		return;
+	if ((final && record->state != GNPD_JOB_SUCCEEDED) || record->cancelled)
+		return GNP_OK;
+	const char *what = final ? "result" : "body";
 	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
 	int fd = gnpd_job_store_open_file(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &size);
+	if (fd < 0 && errno != ENOENT)
+		return gnp_error_set(error, GNP_IO, "jobs-dir: %s: cannot open the %s of job %s: %s", store->path, what, record->id, strerror(errno));
 	if (fd >= 0)
 		close(fd);
-	if (fd < 0 || size != wanted)
-		fail(record, final ? "result" : "body");
+	if (fd < 0 || size != wanted) {
+		fail(record, what);
+		gnpd_job_store_put_record(store, record, NULL);
+	}
+	return GNP_OK;
 }
 
 static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, struct gnpd_job_found *found,
@@ -321,7 +334,7 @@ static gnp_status read_record(struct gnpd_job_store *store, const char *id, stru
 	if (status == GNP_OK)
 		status = gnpd_job_record_parse((const char *)text.data, text.size, record, &cause);
 	gnp_buffer_clear(&text);
-	if (status == GNP_OUT_OF_MEMORY)
+	if (status == GNP_OUT_OF_MEMORY || status == GNP_STORAGE) /* it may be read the next time */
 		return gnp_error_set(error, status, "%s", cause.text);
 	if (status == GNP_OK && strcmp(record->id, id) != 0) {
 		gnpd_job_record_clear(record);
@@ -332,9 +345,8 @@ static gnp_status read_record(struct gnpd_job_store *store, const char *id, stru
 		found->damaged++;
 		return GNP_OK;
 	}
-	check_files(store, record);
 	found->count++;
-	return GNP_OK;
+	return check_files(store, record, error);
 }
 
 static int compare_records(const void *a, const void *b)
@@ -363,15 +375,17 @@ static bool wanted(const struct gnpd_job_record *record, enum gnpd_job_file file
 
 static void tidy(struct gnpd_job_store *store, const char *name, const struct gnpd_job_found *found, struct gnpd_log *log)
 {
-	char id[GNPD_JOB_ID + 1];
+	char id[GNPD_JOB_ID + 1], whole[NAME_LENGTH];
 	enum gnpd_job_file file;
+	bool half = ends_with(name, new_suffix);
 	if (strcmp(name, lock_name) == 0 || ends_with(name, damaged_suffix))
 		return;
-	if (!ends_with(name, new_suffix) && !name_parse(name, id, &file)) {
+	snprintf(whole, sizeof whole, "%.*s", (int)(strlen(name) - (half ? sizeof new_suffix - 1 : 0)), name);
+	if (!name_parse(whole, id, &file)) {
 		gnpd_log_event(log, "warning", "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
 		return;
 	}
-	if (!ends_with(name, new_suffix) && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
+	if (!half && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
 		return;
 	unlinkat(store->disk.folder, name, 0);
 }

@@ -43,6 +43,16 @@ static bool has(const char *id, const char *suffix)
 	return is_there(name);
 }
 
+/* Of the record: another one when it is written anew. */
+static ino_t inode(const char *id)
+{
+	char path[256];
+	struct stat information = {0};
+	snprintf(path, sizeof path, "%s/%s.job", folder, id);
+	CHECK(stat(path, &information) == 0);
+	return information.st_ino;
+}
+
 static void put_file(const char *id, const char *suffix, const char *text)
 {
 	char path[256];
@@ -243,10 +253,11 @@ static void half_files_and_orphans_are_removed(void)
 	put_file(ID, ".body", "no record: it was never acknowledged");
 	put_file(OTHER, ".result.new", "half");
 	put_file("notes", ".txt", "somebody's");
+	put_file("notes.txt", ".new", "somebody's as well: it was removed as a half of ours");
 	struct gnpd_job_found found = scanned(&store);
 	CHECK(found.count == 0 && found.damaged == 0);
 	CHECK(!has(ID, ".job.new") && !has(ID, ".body") && !has(OTHER, ".result.new"));
-	CHECK(is_there("notes.txt") && is_there("lock"));
+	CHECK(is_there("notes.txt") && is_there("notes.txt.new") && is_there("lock"));
 	forget(&found);
 	close_and_remove(&store);
 }
@@ -298,6 +309,66 @@ static void jobs_without_their_files_have_failed(void)
 	}
 	CHECK(!has(OTHER, ".result"));
 	forget(&found);
+	ino_t before[] = {inode(ID), inode(OTHER)};
+	found = scanned(&store); /* it is on disk: the next start rewrites nothing */
+	CHECK(found.count == 2 && found.records[0].state == GNPD_JOB_FAILED && found.records[1].state == GNPD_JOB_FAILED);
+	CHECK(inode(ID) == before[0] && inode(OTHER) == before[1]);
+	forget(&found);
+	close_and_remove(&store);
+}
+
+/* ---- A disk that does not answer while it is scanned ---- */
+
+static const char *unopened; /* part of the name */
+
+static int failing_open(int folder_, const char *name, int flags, ...)
+{
+	if (!strstr(name, unopened))
+		return openat(folder_, name, flags);
+	errno = EMFILE;
+	return -1;
+}
+
+static struct dirent *failing_next(DIR *directory)
+{
+	struct dirent *entry;
+	do
+		entry = readdir(directory);
+	while (entry && strstr(entry->d_name, ".job"));
+	errno = entry ? errno : EIO;
+	return entry;
+}
+
+/* Too many open files at the start, or a folder that could not be read to its end, and jobs had failed for good and their bodies were
+ * gone. */
+static void what_cannot_be_read_is_no_damage(void)
+{
+	static const char *const names[] = {".body", ".result", ".job", NULL};
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put(&store, ID, GNPD_JOB_QUEUED);
+	put_file(ID, ".body", "four");
+	put(&store, OTHER, GNPD_JOB_SUCCEEDED);
+	put_file(OTHER, ".result", "sixsix");
+	for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+		struct gnpd_job_found found = {0};
+		struct gnp_error error = {0};
+		unopened = names[i];
+		if (unopened)
+			store.disk.open = failing_open;
+		else
+			store.disk.next = failing_next;
+		gnp_status status = gnpd_job_store_scan(&store, &log_, &found, &error);
+		CHECK(status == GNP_IO || status == GNP_STORAGE);
+		CHECK_CONTAINS(error.text, unopened ? "Too many open files" : "Input/output error");
+		CHECK_CONTAINS(error.text, "jobs-dir");
+		CHECK(!found.records);
+		gnpd_disk_init(&store.disk, store.disk.folder, true);
+	}
+	CHECK(has(ID, ".job") && has(ID, ".body") && has(OTHER, ".job") && has(OTHER, ".result"));
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 2 && found.records[0].state == GNPD_JOB_QUEUED && found.records[1].state == GNPD_JOB_SUCCEEDED);
+	forget(&found);
 	close_and_remove(&store);
 }
 
@@ -309,6 +380,7 @@ int main(int argc, char **argv)
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
+		TEST(what_cannot_be_read_is_no_damage),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
 	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_ERROR, nowhere);
