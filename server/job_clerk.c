@@ -10,13 +10,23 @@
 static const double AGAIN = 30, SILENCE = 60;
 
 /* Lock held. */
-static void stop_overdue(struct gnpd_jobs *jobs)
+static void stop_if_overdue(struct gnpd_jobs *jobs, struct gnpd_work *work)
 {
-	double now = gnp_clock();
+	if (gnp_clock() <= atomic_load(&work->deadline) || gnp_task_check(&work->task, NULL) != GNP_OK)
+		return;
+	gnp_task_stop(&work->task, GNP_DEADLINE);
+	gnpd_metrics_cancel(&jobs->server->metrics, GNPD_CANCEL_DEADLINE);
+}
+
+/* Lock held. Looks at the jobs that run, also when nobody asks how far they are: their pace is measured from look to look. */
+static void look_about(struct gnpd_jobs *jobs)
+{
 	for (size_t i = 0; i < jobs->count; i++) {
-		struct gnpd_work *work = jobs->items[i]->work;
-		if (work && now > atomic_load(&work->deadline))
-			gnp_task_stop(&work->task, GNP_DEADLINE);
+		struct gnpd_job *job = jobs->items[i];
+		if (!job->work)
+			continue;
+		stop_if_overdue(jobs, job->work);
+		gnpd_job_look_progress(job);
 	}
 }
 
@@ -131,7 +141,7 @@ void *gnpd_job_clerk(void *argument)
 	struct gnpd_jobs *jobs = argument;
 	pthread_mutex_lock(&jobs->lock);
 	while (!jobs->stopping) {
-		stop_overdue(jobs);
+		look_about(jobs);
 		pthread_mutex_unlock(&jobs->lock);
 		let_go(jobs);
 		pthread_mutex_lock(&jobs->lock);
