@@ -86,17 +86,24 @@ static gnp_status check_same(const struct gnpd_job *old, const struct gnpd_job *
 		                     "Idempotency-Key: \"%s\" is that of job %s, which was asked for something else (operation, query, headers or body)",
 		                     key, old->arriving ? "to be" : old->record.id);
 	if (old->arriving)
-		return gnp_error_set(error, GNP_CONFLICT, "Idempotency-Key: a request with \"%s\" is being taken, try again", key);
+		return gnp_error_set(error, GNP_IN_PROGRESS, "Idempotency-Key: a request with \"%s\" is being taken, try again", key);
 	return GNP_OK;
 }
 
 /* Lock held. */
-static gnp_status check_room(struct gnpd_jobs *jobs, size_t bytes, struct gnp_error *error)
+static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnp_error *error)
 {
+	size_t bytes = work->body.size, memory = gnpd_jobs_memory_most(jobs);
 	const struct gnpd_config *config = jobs->server->config;
 	size_t waiting = 0;
 	if (jobs->parking)
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
+	if (work->call.memory > memory || work->reserved > memory - work->call.memory) {
+		jobs->counts.refused_memory++;
+		return gnp_error_set(error, GNP_TOO_LARGE,
+		                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
+		                     work->reserved, work->call.memory, memory);
+	}
 	for (size_t i = 0; i < jobs->count; i++)
 		waiting += jobs->items[i]->record.state == GNPD_JOB_QUEUED;
 	if (waiting >= config->jobs_queue_count) {
@@ -128,7 +135,8 @@ static void make_room(struct gnpd_jobs *jobs, const struct gnpd_job *job)
 }
 
 /* Takes the job in as one that arrives, or finds the one that is there already (*existing, a reference). */
-static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnpd_job **existing, struct gnp_error *error)
+static gnp_status admit(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnpd_job *job, struct gnpd_job **existing,
+                        struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	*existing = NULL;
@@ -142,7 +150,7 @@ static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp
 			*existing = old;
 		}
 	} else {
-		status = check_room(jobs, job->bytes[GNPD_JOB_BODY_FILE], error);
+		status = check_room(jobs, work, error);
 		if (status == GNP_OK)
 			status = make_id(jobs, &job->record, error);
 		if (status == GNP_OK)
@@ -170,7 +178,7 @@ gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work
 	if (!job)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
 	make_room(jobs, job);
-	gnp_status status = admit(jobs, job, &old, error);
+	gnp_status status = admit(jobs, work, job, &old, error);
 	if (status != GNP_OK || old) {
 		gnpd_job_release(job);
 		*out = old;

@@ -22,8 +22,9 @@ void gnpd_jobs_park(struct gnpd_jobs *jobs);
 void gnpd_jobs_free(struct gnpd_jobs *jobs);
 
 /* Keeps the call of a checked work as a job: when this returns GNP_OK it is on disk. key: Idempotency-Key, or NULL: where the principal
- * has a job with that key, *job is that one and *existing true if it was asked for the same, else GNP_CONFLICT. Full: GNP_NO_SPACE,
- * GNP_OVERLOADED or GNP_STORAGE naming the limit, and nothing is kept. *job is a reference. */
+ * has a job with that key, *job is that one and *existing true if it was asked for the same, else GNP_CONFLICT; GNP_IN_PROGRESS while
+ * another request with the key is being taken. Full: GNP_NO_SPACE, GNP_OVERLOADED, GNP_STORAGE or, where no run of it could have the
+ * memory, GNP_TOO_LARGE naming the limit, and nothing is kept. *job is a reference. */
 gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work, const char *principal, const char *key,
                             struct gnpd_job **job, bool *existing, struct gnp_error *error);
 
@@ -67,7 +68,7 @@ struct gnpd_jobs_counts {
 	size_t states[GNPD_JOB_STATES], bytes, memory;
 	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
 	uint64_t ended[GNPD_JOB_STATES];
-	uint64_t refused_count, refused_queue, refused_bytes, refused_disk;
+	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;
 };
 void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts);
 
