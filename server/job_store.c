@@ -8,14 +8,13 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "clock.h"
 
 static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffix[] = ".new";
 static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
-static const char temporary_prefix[] = "gnpd-jobs.";
+static const char temporary_prefix[] = "gnpd-jobs.", young_prefix[] = "gnpd-jobs-new.";
 
 enum { FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256 };
 
@@ -92,21 +91,22 @@ static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_st
 
 /* ---- Temporary folders ---- */
 
+/* The lock last: what has none is never touched. */
 static void remove_files(int folder)
 {
 	int copy = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
 	for (struct dirent *entry; directory && (entry = readdir(directory));)
-		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 && strcmp(entry->d_name, lock_name) != 0)
 			unlinkat(folder, entry->d_name, 0);
 	if (directory)
 		closedir(directory);
+	unlinkat(folder, lock_name, 0);
 }
 
-/* One that a killed process left: ours, a minute old, and nobody has its lock. */
+/* One that a killed process left: ours, and nobody has its lock, which its process had before it got this name. */
 static void remove_if_left(const char *parent, const char *name)
 {
-	enum { OLD = 60 };
 	char path[1024];
 	struct stat information;
 	if (snprintf(path, sizeof path, "%s/%s", parent, name) >= (int)sizeof path)
@@ -114,7 +114,7 @@ static void remove_if_left(const char *parent, const char *name)
 	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
 	if (folder < 0)
 		return;
-	if (fstat(folder, &information) == 0 && information.st_uid == geteuid() && time(NULL) - information.st_mtime > OLD) {
+	if (fstat(folder, &information) == 0 && information.st_uid == geteuid()) {
 		int lock = openat(folder, lock_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
 		if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
 			remove_files(folder);
@@ -136,21 +136,29 @@ static void remove_left(const char *parent)
 		closedir(directory);
 }
 
+/* Gets its name once it is locked, so that nobody takes it for one that was left. */
 static gnp_status open_temporary(struct gnpd_job_store *store, struct gnp_error *error)
 {
 	const char *parent = getenv("TMPDIR");
-	char path[1024], chance[7] = "";
+	char young[1024], path[1024], chance[7] = "";
 	memset(chance, 'X', sizeof chance - 1); /* what mkdtemp replaces */
 	if (!parent || !*parent)
 		parent = "/tmp";
-	if (snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, chance) >= (int)sizeof path)
+	if (snprintf(young, sizeof young, "%s/%s%s", parent, young_prefix, chance) >= (int)sizeof young)
 		return fault(parent, ENAMETOOLONG, error);
 	remove_left(parent);
-	if (!mkdtemp(path))
-		return fault(path, errno, error);
-	gnp_status status = open_folder(path, false, store, error);
-	if (status != GNP_OK)
-		rmdir(path);
+	if (!mkdtemp(young))
+		return fault(young, errno, error);
+	snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, young + strlen(young) - strlen(chance));
+	gnp_status status = open_folder(young, false, store, error);
+	if (status != GNP_OK) {
+		rmdir(young);
+	} else if (rename(young, path) != 0) {
+		status = fault(path, errno, error);
+		gnpd_job_store_close(store);
+	} else {
+		snprintf(store->path, sizeof store->path, "%s", path);
+	}
 	return status;
 }
 

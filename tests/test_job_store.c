@@ -223,6 +223,37 @@ static void temporary_folders_go_with_the_process(void)
 	CHECK(access(path, F_OK) != 0);
 }
 
+/* A folder that a killed process had left was taken away by starts that came more than a minute later, which may be none. */
+static void temporary_folders_of_killed_processes_are_removed(void)
+{
+	struct gnpd_job_store store, second;
+	char old[256] = "", link[256], elsewhere[256], left[1024];
+	strcpy(folder, "/tmp/gnpd-test.XXXXXX");
+	CHECK(mkdtemp(folder) != NULL);
+	if (getenv("TMPDIR"))
+		snprintf(old, sizeof old, "%s", getenv("TMPDIR"));
+	setenv("TMPDIR", folder, 1);
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK); /* killed: nothing of it is removed and the lock is gone */
+	CHECK(put_text(&store, "something", NULL) == GNP_OK);
+	strcpy(left, store.path);
+	close(store.lock);
+	close(store.disk.folder);
+	snprintf(elsewhere, sizeof elsewhere, "%s/elsewhere", folder);
+	snprintf(link, sizeof link, "%s/gnpd-jobs.link", folder);
+	CHECK(mkdir(elsewhere, 0700) == 0 && symlink(elsewhere, link) == 0);
+	put_file("elsewhere/lock", "", "");
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK && gnpd_job_store_open("", &second, NULL) == GNP_OK);
+	CHECK(access(left, F_OK) != 0);
+	CHECK(access(store.path, F_OK) == 0 && access(second.path, F_OK) == 0 && strcmp(store.path, second.path) != 0);
+	CHECK(is_there("elsewhere/lock"));
+	gnpd_job_store_close(&second);
+	if (*old)
+		setenv("TMPDIR", old, 1);
+	else
+		unsetenv("TMPDIR");
+	close_and_remove(&store);
+}
+
 /* ---- Scans ---- */
 
 static void jobs_are_found_in_order(void)
@@ -380,7 +411,7 @@ int main(int argc, char **argv)
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
-		TEST(what_cannot_be_read_is_no_damage),
+		TEST(what_cannot_be_read_is_no_damage),       TEST(temporary_folders_of_killed_processes_are_removed),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
 	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_ERROR, nowhere);
