@@ -1,4 +1,5 @@
-/* /v1/jobs: the verbs of jobs. Submitting and deleting wait for the disk and are done at the desk; the rest is answered at once. */
+/* /v1/jobs: the verbs of jobs. Submitting, which checks the body, and deleting wait for the disk and are done at the desk; the rest is
+ * answered at once. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
