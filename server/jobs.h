@@ -53,7 +53,8 @@ struct gnpd_job_view {
 void gnpd_job_look(struct gnpd_job *job, struct gnpd_job_view *view);
 
 enum gnpd_job_deletion { GNPD_JOB_WAS_CANCELLED, GNPD_JOB_IS_BEING_CANCELLED, GNPD_JOB_WAS_REMOVED };
-/* Cancels a queued or running job, removes one that is over. Needs no room on disk. */
+/* Cancels a job that waits, runs or was parked, removes one that is over. Needs no room on disk: that one that runs is to end is written
+ * into its record, for the next process, and holds in this one when it cannot be. */
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error);
 
 /* The answer's body, open for reading: the caller's. GNP_CONFLICT before there is one, the job's own error where it failed, GNP_GONE

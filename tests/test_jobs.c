@@ -165,6 +165,13 @@ static struct gnpd_job *found(const char *id)
 	return job;
 }
 
+static void copy_id(struct gnpd_job *job, char id[GNPD_JOB_ID + 1])
+{
+	struct gnpd_job_view view;
+	gnpd_job_look(job, &view);
+	strcpy(id, view.record.id);
+}
+
 static size_t listed(const char *principal)
 {
 	struct gnpd_job *found[10];
@@ -178,17 +185,19 @@ static size_t listed(const char *principal)
 
 static void jobs_are_their_principals(void)
 {
+	char id[GNPD_JOB_ID + 1];
 	struct gnpd_job *other = NULL;
 	open_jobs();
 	struct gnpd_job *job = submitted("ann", "key", false), *same = submitted("ann", "key", true), *bobs = submitted("bob", "key", false);
 	CHECK(same == job && bobs != job);
+	copy_id(job, id);
 	static const char *const strangers[] = {"bob", "", "an", "anna"};
 	for (size_t i = 0; i < sizeof strangers / sizeof strangers[0]; i++) {
 		struct gnp_error error = {0};
-		CHECK(gnpd_jobs_find(server.jobs, strangers[i], job->record.id, &other, &error) == GNP_NOT_FOUND);
+		CHECK(gnpd_jobs_find(server.jobs, strangers[i], id, &other, &error) == GNP_NOT_FOUND);
 		CHECK_CONTAINS(error.text, "job: there is no");
 	}
-	CHECK(gnpd_jobs_find(server.jobs, "ann", job->record.id, &other, NULL) == GNP_OK && other == job);
+	CHECK(gnpd_jobs_find(server.jobs, "ann", id, &other, NULL) == GNP_OK && other == job);
 	CHECK(listed("ann") == 1 && listed("bob") == 1 && listed("") == 0);
 	ended(job);
 	ended(bobs);
@@ -264,10 +273,10 @@ static void an_end_that_cannot_be_written_is_told_and_run_again(void)
 /* ---- Jobs that cannot be let go ---- */
 
 /* In the place of the job's file, what can neither be removed as a file nor be written over. */
-static void block(const struct gnpd_job *job, const char *suffix)
+static void block(const char *id, const char *suffix)
 {
 	char path[GNPD_CONFIG_TEXT + 64];
-	snprintf(path, sizeof path, "%s/%s%s", config.jobs_dir, job->record.id, suffix);
+	snprintf(path, sizeof path, "%s/%s%s", config.jobs_dir, id, suffix);
 	CHECK((unlink(path) == 0 || errno == ENOENT) && mkdir(path, 0700) == 0);
 }
 
@@ -299,18 +308,19 @@ static void what_cannot_be_let_go_holds_nothing_up(void)
 	server.log.fd = fileno(log);
 	config.jobs_ttl_seconds = 0.5;
 	for (size_t i = 0; i < 2; i++) {
-		char id[GNPD_JOB_ID + 1];
+		char id[GNPD_JOB_ID + 1], stuck[GNPD_JOB_ID + 1];
 		make_folder();
 		open_jobs();
 		struct gnpd_job *first = submitted("", NULL, false);
 		ended(first);
-		block(first, suffixes[i]);
+		copy_id(first, stuck);
+		block(stuck, suffixes[i]);
 		struct gnpd_job *second = submitted("", NULL, false);
-		strcpy(id, second->record.id);
+		copy_id(second, id);
 		gnpd_job_release(second);
 		for (int j = 0; j < 10000 && !is_gone(id); j++)
 			usleep(1000);
-		CHECK(is_gone(id) && !is_gone(first->record.id));
+		CHECK(is_gone(id) && !is_gone(stuck));
 		gnpd_job_release(first);
 		double began = gnp_clock();
 		close_jobs();
@@ -360,7 +370,7 @@ static void parked_jobs_can_be_cancelled(void)
 		usleep(100000); /* until no runner has it any more; else it is the runner that cancels it */
 		CHECK(gnpd_jobs_delete(server.jobs, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_WAS_CANCELLED);
 		CHECK(state_of(jobs[i]) == GNPD_JOB_CANCELLED);
-		strcpy(ids[i], jobs[i]->record.id);
+		copy_id(jobs[i], ids[i]);
 		gnpd_job_release(jobs[i]);
 	}
 	close_jobs();
@@ -431,7 +441,7 @@ static void an_accepted_cancel_outlives_the_process(void)
 	CHECK(gnpd_jobs_delete(server.jobs, job, &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
 	atomic_store(&may_go_on, true);
 	reach(job, GNPD_JOB_CANCELLED);
-	strcpy(id, job->record.id);
+	copy_id(job, id);
 	gnpd_job_release(job);
 	close_jobs();
 	struct stat before = {0};
@@ -469,7 +479,7 @@ static void a_folder_that_cannot_be_synced_loses_no_job(void)
 	struct gnpd_job *job = long_submitted();
 	reach(job, GNPD_JOB_RUNNING);
 	server.jobs->store.disk.sync = failing_folder_sync;
-	strcpy(id, job->record.id);
+	copy_id(job, id);
 	gnpd_job_release(job);
 	close_jobs();
 	open_jobs();
@@ -494,7 +504,7 @@ static void a_checkpoint_that_does_not_fit_is_let_go(void)
 		usleep(1000);
 		gnpd_job_look(job, &view);
 	}
-	strcpy(id, job->record.id);
+	copy_id(job, id);
 	gnpd_job_release(job);
 	close_jobs();
 	CHECK(files_with(".checkpoint") == 1);
