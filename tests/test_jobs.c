@@ -386,13 +386,14 @@ static void parked_jobs_can_be_cancelled(void)
 	gnpd_config_defaults(&config);
 }
 
-/* Of the test's thread the writes are taken, of others the first is held until it may go on, and it fails as all after it do. */
+/* Once it is holding: of the test's thread the writes are taken, of others the first is held until it may go on, and it fails as all
+ * after it do. */
 static pthread_t own_thread;
-static atomic_bool held, may_go_on;
+static atomic_bool holding, held, may_go_on;
 
 static ssize_t held_write(int fd, const void *data, size_t size)
 {
-	if (pthread_equal(pthread_self(), own_thread))
+	if (!atomic_load(&holding) || pthread_equal(pthread_self(), own_thread))
 		return write(fd, data, size);
 	atomic_store(&held, true);
 	while (!atomic_load(&may_go_on))
@@ -401,9 +402,11 @@ static ssize_t held_write(int fd, const void *data, size_t size)
 	return -1;
 }
 
-static void hold_writes(void)
+/* Before there is a job. */
+static void prepare_to_hold(void)
 {
 	own_thread = pthread_self();
+	atomic_store(&holding, false);
 	atomic_store(&held, false);
 	atomic_store(&may_go_on, false);
 	server.jobs->store.disk.write = held_write;
@@ -434,9 +437,10 @@ static void an_accepted_cancel_outlives_the_process(void)
 	config.jobs_checkpoint_seconds = 0;
 	make_folder();
 	open_jobs();
+	prepare_to_hold();
 	struct gnpd_job *job = long_submitted();
 	reach(job, GNPD_JOB_RUNNING);
-	hold_writes();
+	atomic_store(&holding, true);
 	wait_until_held(); /* in the middle of a checkpoint */
 	CHECK(gnpd_jobs_delete(server.jobs, job, &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
 	atomic_store(&may_go_on, true);
@@ -460,10 +464,12 @@ static void an_accepted_cancel_outlives_the_process(void)
 	gnpd_config_defaults(&config);
 }
 
+static atomic_bool folder_fails;
+
 static int failing_folder_sync(int fd)
 {
 	struct stat information;
-	if (fstat(fd, &information) != 0 || !S_ISDIR(information.st_mode))
+	if (!atomic_load(&folder_fails) || fstat(fd, &information) != 0 || !S_ISDIR(information.st_mode))
 		return fsync(fd);
 	errno = EIO;
 	return -1;
@@ -476,9 +482,11 @@ static void a_folder_that_cannot_be_synced_loses_no_job(void)
 	char id[GNPD_JOB_ID + 1];
 	make_folder();
 	open_jobs();
+	atomic_store(&folder_fails, false);
+	server.jobs->store.disk.sync = failing_folder_sync;
 	struct gnpd_job *job = long_submitted();
 	reach(job, GNPD_JOB_RUNNING);
-	server.jobs->store.disk.sync = failing_folder_sync;
+	atomic_store(&folder_fails, true);
 	copy_id(job, id);
 	gnpd_job_release(job);
 	close_jobs();
@@ -615,7 +623,8 @@ static void a_key_that_is_being_taken_may_be_asked_for_again(void)
 	void *taken = NULL;
 	struct gnp_error error = {0}, other = {0};
 	open_jobs();
-	hold_writes();
+	prepare_to_hold();
+	atomic_store(&holding, true);
 	CHECK(pthread_create(&thread, NULL, submit_first, &first) == 0);
 	wait_until_held();
 	CHECK(submit("", "key", &job, &existing, &error) == GNP_IN_PROGRESS);
