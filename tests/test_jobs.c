@@ -354,6 +354,19 @@ static void a_job_is_not_dropped_for_itself(void)
 
 /* ---- Ends that are asked for ---- */
 
+/* Until no runner has it any more: else it is the runner that cancels it. */
+static void wait_until_parked(struct gnpd_job *job)
+{
+	bool parked = false;
+	for (int i = 0; i < 10000 && !parked; i++) {
+		usleep(1000);
+		pthread_mutex_lock(&server.jobs->lock);
+		parked = job->parked;
+		pthread_mutex_unlock(&server.jobs->lock);
+	}
+	CHECK(parked);
+}
+
 /* A parked job belonged to nobody: its DELETE was accepted, and it ran again in the next process. */
 static void parked_jobs_can_be_cancelled(void)
 {
@@ -367,7 +380,7 @@ static void parked_jobs_can_be_cancelled(void)
 	reach(jobs[0], GNPD_JOB_QUEUED);
 	for (int i = 0; i < 2; i++) {
 		enum gnpd_job_deletion what = GNPD_JOB_WAS_REMOVED;
-		usleep(100000); /* until no runner has it any more; else it is the runner that cancels it */
+		wait_until_parked(jobs[i]);
 		CHECK(gnpd_jobs_delete(server.jobs, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_WAS_CANCELLED);
 		CHECK(state_of(jobs[i]) == GNPD_JOB_CANCELLED);
 		copy_id(jobs[i], ids[i]);
