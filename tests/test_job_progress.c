@@ -86,6 +86,11 @@ static void what_was_stopped_stays_where_it_was(void)
 	struct gnpd_job_progress after = gnpd_job_progress_of(&task, 6, &before);
 	CHECK_STRING(after.stage, "flow");
 	CHECK(after.step == 250 && after.steps == 1000 && after.fraction == before.fraction && after.eta < 0);
+	begin_flow(&task);
+	gnp_task_stage(&task, GNP_STAGE_DONE, 0); /* what failed passes this way */
+	after = gnpd_job_progress_of(&task, 6, &before);
+	CHECK_STRING(after.stage, "flow");
+	CHECK(after.step == 250 && after.fraction == before.fraction);
 }
 
 int main(int argc, char **argv)

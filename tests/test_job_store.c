@@ -340,8 +340,12 @@ static void jobs_without_their_files_have_failed(void)
 	}
 	CHECK(!has(OTHER, ".result"));
 	forget(&found);
+	struct gnp_buffer text = {0};
+	CHECK(gnpd_job_store_get(&store, OTHER, GNPD_JOB_RECORD_FILE, 10000, &text, NULL) == GNP_OK && gnp_buffer_append(&text, "", 1, NULL) == GNP_OK);
+	CHECK_CONTAINS((const char *)text.data, "\nstate failed\n");
+	gnp_buffer_clear(&text);
 	ino_t before[] = {inode(ID), inode(OTHER)};
-	found = scanned(&store); /* it is on disk: the next start rewrites nothing */
+	found = scanned(&store); /* the next start rewrites nothing */
 	CHECK(found.count == 2 && found.records[0].state == GNPD_JOB_FAILED && found.records[1].state == GNPD_JOB_FAILED);
 	CHECK(inode(ID) == before[0] && inode(OTHER) == before[1]);
 	forget(&found);
