@@ -18,6 +18,7 @@
 	X(GNP_NOT_ACCEPTABLE, "not_acceptable", 406, "the answer has no form of the requested type") \
 	X(GNP_CLIENT_TIMEOUT, "client_timeout", 408, "the client sent its request too slowly")       \
 	X(GNP_CONFLICT, "conflict", 409, "the request conflicts with an earlier one")                \
+	X(GNP_IN_PROGRESS, "in_progress", 409, "the same request is being taken, try again")         \
 	X(GNP_GONE, "gone", 410, "the thing is there no longer")                                     \
 	X(GNP_TOO_LARGE, "too_large", 413, "the request is over a limit")                            \
 	X(GNP_UNSUPPORTED_MEDIA, "unsupported_media", 415, "the body's format is not supported")     \

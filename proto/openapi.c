@@ -247,7 +247,7 @@ static void put_job_operation(struct writer *w, const struct gnp_operation *oper
 	PUT(w, "      responses:\n"
 	       "        '202': {description: 'the job, which is on disk; Location and Retry-After', content: {application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
 	       "        '200': {description: 'the job the Idempotency-Key had made', content: {application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
-	       "        '409': {description: 'the Idempotency-Key is that of another request', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
+	       "        '409': {description: 'the Idempotency-Key is that of another request (conflict), or the same request is being taken (in_progress, with Retry-After)', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
 	       "        '507': {description: 'the store of jobs is full', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
 	       "        default: {$ref: '#/components/responses/Error'}\n");
 }

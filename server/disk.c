@@ -11,7 +11,7 @@ enum { NAME_MAX_BYTES = 256 };
 
 void gnpd_disk_init(struct gnpd_disk *disk, int folder, bool durable)
 {
-	*disk = (struct gnpd_disk){.folder = folder, .durable = durable, .write = write, .sync = fsync};
+	*disk = (struct gnpd_disk){.folder = folder, .durable = durable, .write = write, .sync = fsync, .open = openat, .next = readdir};
 }
 
 gnp_status gnpd_disk_failure(int number, const char *what, const char *name, struct gnp_error *error)
@@ -65,6 +65,7 @@ gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const s
 {
 	char beside[NAME_MAX_BYTES];
 	snprintf(beside, sizeof beside, "%s.new", name);
+	bool replaces = faccessat(disk->folder, name, F_OK, AT_SYMLINK_NOFOLLOW) == 0;
 	if (!write_file(disk, beside, pieces, count) || renameat(disk->folder, beside, disk->folder, name) != 0) {
 		int number = errno;
 		unlinkat(disk->folder, beside, 0);
@@ -73,18 +74,23 @@ gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const s
 	if (sync_if_durable(disk, disk->folder))
 		return GNP_OK;
 	int number = errno;
-	unlinkat(disk->folder, name, 0);
+	if (!replaces)
+		unlinkat(disk->folder, name, 0);
 	return gnpd_disk_failure(number, "cannot write", name, error);
 }
 
 int gnpd_disk_open(const struct gnpd_disk *disk, const char *name, size_t *size)
 {
 	struct stat information;
-	int fd = openat(disk->folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
-	if (fd < 0)
+	int fd = disk->open(disk->folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+	if (fd < 0) {
+		errno = errno == ELOOP ? ENOENT : errno;
 		return -1;
-	if (fstat(fd, &information) != 0 || !S_ISREG(information.st_mode)) {
+	}
+	int number = fstat(fd, &information) != 0 ? errno : S_ISREG(information.st_mode) ? 0 : ENOENT;
+	if (number) {
 		close(fd);
+		errno = number;
 		return -1;
 	}
 	*size = (size_t)information.st_size;

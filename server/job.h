@@ -2,7 +2,8 @@
  *
  * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
  * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
- * the queue, the runner from there to its end, whoever took it out of the queue, and after its end the holder of `disk`. */
+ * the queue, the runner from there to its end, whoever took it out of the queue or claimed it when it was parked, and after its end the
+ * holder of `disk`. That its end is asked for, anybody may add who holds `disk`. */
 #ifndef GNPD_JOB_H
 #define GNPD_JOB_H
 
@@ -19,12 +20,14 @@ struct gnpd_job {
 	size_t references;
 	size_t bytes[GNPD_JOB_FILES];  /* of its files but the record, as the quota counts them */
 	bool arriving;                 /* not yet on disk: nobody may know of it */
-	bool cancelled;                /* somebody asked for it */
+	bool cancelled;                /* somebody asked for its end; the record's member is that on disk */
+	bool parked;                   /* left to the next process: in no queue and nobody's */
 	bool removed;
 	struct gnpd_work *work;        /* while it runs */
 	double began;                  /* gnp_clock() */
 	struct gnpd_job_progress progress;
 	unsigned version;
+	double again;                  /* gnp_clock() before which the clerk lets it be; the clerk's */
 };
 
 struct gnpd_jobs {
@@ -40,11 +43,10 @@ struct gnpd_jobs {
 	size_t memory;                  /* that those that run have reserved */
 	int64_t last;                   /* microseconds of the newest id */
 	bool parking, stopping, clerk_runs;
+	double silent_until;            /* gnp_clock() before which the clerk does not complain again; the clerk's */
 	pthread_t clerk;
 	struct gnpd_jobs_counts counts; /* but for states and bytes */
 };
-
-int64_t gnpd_jobs_now(void); /* microseconds since the epoch */
 
 /* Lock held, or nobody else about. Puts a job into the table, which holds a reference. */
 gnp_status gnpd_jobs_insert(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp_error *error);
@@ -55,7 +57,10 @@ void gnpd_job_free(struct gnpd_job *job);
 /* job_recover.c: takes up what the store holds. */
 gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error);
 
-/* To the store alone. */
+/* Lock held. Brings the progress of a job that runs up to date. */
+void gnpd_job_look_progress(struct gnpd_job *job);
+
+/* To the store alone, with the wish that it end where there is one. */
 gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
 /* Writes the record; on success it is the job's, else the job keeps its old one. */
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
@@ -70,19 +75,21 @@ struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job);
  * does not fit jobs-bytes. */
 gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error);
 
-/* Removes a file the job has no more use for. */
-void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file);
+/* Removes a file the job has no more use for. What cannot be removed still counts. */
+gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error);
 
 /* Removes the job, which is over, with its files. disk is held. */
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);
 
 /* Into the runners' queue, with a reference of its own; a queue that was closed leaves the job to the next process. */
 void gnpd_job_enqueue(struct gnpd_job *job);
+/* Leaves the job, which is the caller's and not over, to the next process, unless its end is asked for: then it is cancelled. */
+void gnpd_job_leave(struct gnpd_job *job);
 /* job_run.c: what the queue calls. */
 void gnpd_job_run(struct gnpd_queued *queued);
 /* job_clerk.c */
 void *gnpd_job_clerk(void *jobs);
-/* Removes the oldest job that expired, if the table is full. */
-bool gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
+/* Removes the oldest job that expired and can be removed, if the table is full. */
+void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
 
 #endif

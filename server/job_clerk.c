@@ -1,31 +1,48 @@
 /* What time does to jobs: those that run too long are stopped, those that are over are let go. */
-#include <time.h>
+#include <stdio.h>
+#include <string.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
+/* Seconds until a job that could not be let go is tried again, and from one complaint of such to the next. */
+static const double AGAIN = 30, SILENCE = 60;
+
 /* Lock held. */
-static void stop_overdue(struct gnpd_jobs *jobs)
+static void stop_if_overdue(struct gnpd_jobs *jobs, struct gnpd_work *work)
 {
-	double now = gnp_clock();
+	if (gnp_clock() <= atomic_load(&work->deadline) || gnp_task_check(&work->task, NULL) != GNP_OK)
+		return;
+	gnp_task_stop(&work->task, GNP_DEADLINE);
+	gnpd_metrics_cancel(&jobs->server->metrics, GNPD_CANCEL_DEADLINE);
+}
+
+/* Lock held. Looks at the jobs that run, also when nobody asks how far they are: their pace is measured from look to look. */
+static void look_about(struct gnpd_jobs *jobs)
+{
 	for (size_t i = 0; i < jobs->count; i++) {
-		struct gnpd_work *work = jobs->items[i]->work;
-		if (work && now > atomic_load(&work->deadline))
-			gnp_task_stop(&work->task, GNP_DEADLINE);
+		struct gnpd_job *job = jobs->items[i];
+		if (!job->work)
+			continue;
+		stop_if_overdue(jobs, job->work);
+		gnpd_job_look_progress(job);
 	}
 }
 
-/* A reference to a job whose time has come, or NULL. *remove: its second time. */
-static struct gnpd_job *find_due(struct gnpd_jobs *jobs, bool *remove)
+/* A reference to the next job after the id whose time has come, or NULL. *remove: its second time. */
+static struct gnpd_job *find_due(struct gnpd_jobs *jobs, const char *after, bool *remove)
 {
-	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_jobs_now();
+	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_clock_now();
 	struct gnpd_job *due = NULL;
 	pthread_mutex_lock(&jobs->lock);
-	for (size_t i = 0; i < jobs->count && !due; i++) {
+	for (size_t i = 0; i < jobs->count && !due && !jobs->stopping; i++) {
 		struct gnpd_job *job = jobs->items[i];
 		const struct gnpd_job_record *record = &job->record;
+		if (strcmp(record->id, after) <= 0 || !gnpd_job_state_is_final(record->state) || gnp_clock() < job->again)
+			continue;
 		*remove = record->state == GNPD_JOB_EXPIRED;
-		if (gnpd_job_state_is_final(record->state) && now - record->finished >= (*remove ? 2 * ttl : ttl)) {
+		if (now - record->finished >= (*remove ? 2 * ttl : ttl)) {
 			job->references++;
 			due = job;
 		}
@@ -34,71 +51,89 @@ static struct gnpd_job *find_due(struct gnpd_jobs *jobs, bool *remove)
 	return due;
 }
 
-/* disk is held. Its files go first: their room may be what the record needs. A job that cannot even be called expired is removed. */
-static void expire(struct gnpd_jobs *jobs, struct gnpd_job *job)
+/* disk is held. Its files go first: their room may be what the record needs. A job that cannot even be called expired is removed; one
+ * that cannot be removed either has expired in memory. */
+static gnp_status expire(struct gnpd_job *job, struct gnp_error *error)
 {
+	struct gnpd_jobs *jobs = job->jobs;
 	struct gnpd_job_record next = gnpd_job_record_now(job);
-	struct gnp_error error = {0};
+	struct gnp_error cause = {0};
+	gnp_status status = GNP_OK;
 	if (job->removed)
-		return;
+		return GNP_OK;
 	next.state = GNPD_JOB_EXPIRED;
-	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
-		gnpd_job_let_go(job, (enum gnpd_job_file)file);
-	if (gnpd_job_store_put_record(&jobs->store, &next, &error) == GNP_OK) {
-		gnpd_job_publish(job, &next);
-		return;
+	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES && status == GNP_OK; file++)
+		status = gnpd_job_let_go(job, (enum gnpd_job_file)file, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_job_store_put_record(&jobs->store, &next, &cause);
+	if (status != GNP_OK && gnpd_job_remove(job, NULL) == GNP_OK) {
+		gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
+		return GNP_OK;
 	}
-	gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it expired could not be written: %s", next.id, error.text);
-	gnpd_job_remove(job, NULL);
+	gnpd_job_publish(job, &next);
+	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
 }
 
+static void complain(struct gnpd_jobs *jobs, size_t failed, const struct gnp_error *error)
+{
+	double now = gnp_clock();
+	if (now < jobs->silent_until)
+		return;
+	jobs->silent_until = now + SILENCE;
+	gnpd_log_event(&jobs->server->log, "error", "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
+	               AGAIN, error->text);
+}
+
+/* One that cannot be let go holds up neither the others nor the end of the process. */
 static void let_go(struct gnpd_jobs *jobs)
 {
+	char after[GNPD_JOB_ID + 1] = "";
+	struct gnp_error error = {0};
 	struct gnpd_job *job;
+	size_t failed = 0;
 	bool remove = false;
-	while ((job = find_due(jobs, &remove))) {
-		gnp_status status = GNP_OK;
+	while ((job = find_due(jobs, after, &remove))) {
+		snprintf(after, sizeof after, "%s", job->record.id);
 		pthread_mutex_lock(&jobs->disk);
-		if (remove)
-			status = gnpd_job_remove(job, NULL);
-		else
-			expire(jobs, job);
+		gnp_status status = remove ? gnpd_job_remove(job, &error) : expire(job, &error);
 		pthread_mutex_unlock(&jobs->disk);
+		if (status != GNP_OK) {
+			failed++;
+			job->again = gnp_clock() + AGAIN;
+		}
 		gnpd_job_release(job);
-		if (status != GNP_OK)
-			return; /* the next time */
 	}
+	if (failed)
+		complain(jobs, failed, &error);
 }
 
-bool gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
+/* A reference to the oldest job after the id that expired, or NULL; also when the table is not full. */
+static struct gnpd_job *find_expired(struct gnpd_jobs *jobs, const char *after)
 {
 	struct gnpd_job *oldest = NULL;
 	pthread_mutex_lock(&jobs->lock);
 	for (size_t i = 0; i < jobs->count && !oldest && jobs->count >= jobs->server->config->jobs_count; i++)
-		if (jobs->items[i]->record.state == GNPD_JOB_EXPIRED)
+		if (jobs->items[i]->record.state == GNPD_JOB_EXPIRED && strcmp(jobs->items[i]->record.id, after) > 0)
 			oldest = jobs->items[i];
 	if (oldest)
 		oldest->references++;
 	pthread_mutex_unlock(&jobs->lock);
-	if (!oldest)
-		return false;
-	pthread_mutex_lock(&jobs->disk);
-	bool made = gnpd_job_remove(oldest, NULL) == GNP_OK;
-	pthread_mutex_unlock(&jobs->disk);
-	gnpd_job_release(oldest);
-	return made;
+	return oldest;
 }
 
-static void wait_tick(struct gnpd_jobs *jobs)
+void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
 {
-	struct timespec until;
-	clock_gettime(CLOCK_MONOTONIC, &until);
-	until.tv_nsec += 100000000;
-	if (until.tv_nsec >= 1000000000) {
-		until.tv_nsec -= 1000000000;
-		until.tv_sec++;
+	char after[GNPD_JOB_ID + 1] = "";
+	struct gnpd_job *job;
+	bool made = false;
+	while (!made && (job = find_expired(jobs, after))) {
+		snprintf(after, sizeof after, "%s", job->record.id);
+		pthread_mutex_lock(&jobs->disk);
+		made = gnpd_job_remove(job, NULL) == GNP_OK;
+		pthread_mutex_unlock(&jobs->disk);
+		gnpd_job_release(job);
 	}
-	pthread_cond_timedwait(&jobs->wake, &jobs->lock, &until);
 }
 
 void *gnpd_job_clerk(void *argument)
@@ -106,12 +141,12 @@ void *gnpd_job_clerk(void *argument)
 	struct gnpd_jobs *jobs = argument;
 	pthread_mutex_lock(&jobs->lock);
 	while (!jobs->stopping) {
-		stop_overdue(jobs);
+		look_about(jobs);
 		pthread_mutex_unlock(&jobs->lock);
 		let_go(jobs);
 		pthread_mutex_lock(&jobs->lock);
 		if (!jobs->stopping)
-			wait_tick(jobs);
+			gnpd_clock_tick(&jobs->wake, &jobs->lock);
 	}
 	pthread_mutex_unlock(&jobs->lock);
 	return NULL;

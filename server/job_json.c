@@ -21,15 +21,15 @@ static gnp_status write_progress(const struct gnpd_job_view *view, struct gnp_bu
 {
 	const struct gnpd_job_progress *progress = &view->progress;
 	enum gnpd_job_state state = view->record.state;
-	if (state != GNPD_JOB_RUNNING || !progress->stage)
+	bool succeeded = state == GNPD_JOB_SUCCEEDED || *view->record.result_hash, final = gnpd_job_state_is_final(state);
+	if (!progress->stage || succeeded || state == GNPD_JOB_QUEUED)
 		return gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%d,\"stage\":\"%s\",\"step\":0,\"steps\":0,\"eta_seconds\":null}",
-		                         state == GNPD_JOB_SUCCEEDED || state == GNPD_JOB_EXPIRED,
-		                         gnpd_job_state_is_final(state) ? "done" : "waiting");
+		                         succeeded, final ? "done" : "waiting");
 	gnp_status status = gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%.4f,\"stage\":\"%s\",\"step\":%zu,\"steps\":%zu",
 	                                      progress->fraction, progress->stage, progress->step, progress->steps);
 	if (status != GNP_OK)
 		return status;
-	return progress->eta < 0 ? gnp_buffer_printf(buffer, error, ",\"eta_seconds\":null}")
+	return progress->eta < 0 || final ? gnp_buffer_printf(buffer, error, ",\"eta_seconds\":null}")
 	                         : gnp_buffer_printf(buffer, error, ",\"eta_seconds\":%.1f}", progress->eta);
 }
 

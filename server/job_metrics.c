@@ -27,7 +27,8 @@ static gnp_status write_refused(const struct gnpd_jobs_counts *counts, struct gn
 	const struct {
 		const char *name;
 		uint64_t value;
-	} reasons[] = {{"count", counts->refused_count}, {"queue", counts->refused_queue}, {"bytes", counts->refused_bytes}, {"disk", counts->refused_disk}};
+	} reasons[] = {{"count", counts->refused_count}, {"queue", counts->refused_queue}, {"bytes", counts->refused_bytes},
+	               {"disk", counts->refused_disk}, {"memory", counts->refused_memory}};
 	gnp_status status = family(buffer, "_refused_total", "counter", "What found no room in the store of jobs.", error);
 	for (size_t i = 0; i < sizeof reasons / sizeof reasons[0] && status == GNP_OK; i++)
 		status = gnp_buffer_printf(buffer, error, "gnpd_jobs_refused_total{reason=\"%s\"} %llu\n", reasons[i].name,

@@ -1,5 +1,7 @@
 #include "job_progress.h"
 
+#include <math.h>
+
 /* Where each stage begins and ends in the whole, as seen on clouds of 100,000 points. */
 static const struct {
 	double from, to;
@@ -10,29 +12,43 @@ static const struct {
 	[GNP_STAGE_ASSEMBLE] = {0.4, 0.5},     [GNP_STAGE_FACTOR] = {0.5, 0.85},   [GNP_STAGE_SOLVE] = {0.85, 0.95},
 	[GNP_STAGE_ENCODE] = {0.95, 0.99},     [GNP_STAGE_DONE] = {0.99, 1}};
 
-/* Less than this is no measure of the rest. */
-static const double LEAST = 0.05;
+/* What comes before the work itself is no measure of it. */
+static const double LEAST = 0.11;
 
-/* The share of the whole that was there before: what a flow took from its checkpoint. */
-static double skipped_of(const struct gnp_task *task, enum gnp_stage stage)
+/* Items of the stage that this run has done. */
+static size_t own_items(const struct gnp_task *task)
 {
-	size_t skipped = atomic_load(&task->skipped), total = atomic_load(&task->total);
-	return skipped && total ? (shares[stage].to - shares[stage].from) * (double)skipped / (double)total : 0;
+	size_t done = atomic_load(&task->done), skipped = atomic_load(&task->skipped);
+	return done > skipped ? done - skipped : 0;
+}
+
+/* Steps take as long as those of this run before them, whatever share of the whole their stage is said to be. */
+static double steps_left(const struct gnpd_job_progress *now, size_t own, double elapsed)
+{
+	return own > now->from ? (elapsed - now->since) / (double)(own - now->from) * (double)(now->steps - now->step) : -1;
 }
 
 struct gnpd_job_progress gnpd_job_progress_of(const struct gnp_task *task, double elapsed, const struct gnpd_job_progress *before)
 {
 	enum gnp_stage stage = gnp_task_current(task);
-	struct gnpd_job_progress now = {.stage = gnp_stage_name(stage), .eta = -1};
+	size_t own = own_items(task);
+	struct gnpd_job_progress now = *before;
+	now.eta = -1;
+	if (stage == GNP_STAGE_DONE || gnp_task_check(task, NULL) != GNP_OK)
+		return now;
+	now.stage = gnp_stage_name(stage);
 	now.steps = atomic_load(&task->total);
 	now.step = atomic_load(&task->done);
 	if (now.step > now.steps)
 		now.step = now.steps;
-	now.fraction = shares[stage].from + (shares[stage].to - shares[stage].from) * gnp_task_fraction(task);
-	if (now.fraction < before->fraction)
-		now.fraction = before->fraction;
-	double gained = now.fraction - skipped_of(task, stage);
-	if (gained >= LEAST && elapsed > 0)
-		now.eta = elapsed * (1 - now.fraction) / gained;
+	now.fraction = fmax(before->fraction, shares[stage].from + (shares[stage].to - shares[stage].from) * gnp_task_fraction(task));
+	if (now.stage != before->stage) {
+		now.since = elapsed;
+		now.from = own;
+	}
+	if (stage == GNP_STAGE_FLOW)
+		now.eta = steps_left(&now, own, elapsed);
+	else if (now.fraction > LEAST)
+		now.eta = elapsed * (1 - now.fraction) / now.fraction;
 	return now;
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { TEXT, STRING, NUMBER, TIME, STATE, STATUS };
+enum kind { TEXT, STRING, NUMBER, TIME, STATE, STATUS, FLAG };
 
 struct member {
 	const char *name;
@@ -32,6 +32,7 @@ static const struct member members[] = {
 	{"inference_length", STRING, AT(inference_length), 0, false},
 	{"body_bytes", NUMBER, AT(body_bytes), 0, true},
 	{"state", STATE, AT(state), 0, true},
+	{"cancelled", FLAG, AT(cancelled), 0, false},
 	{"attempts", NUMBER, AT(attempts), 0, true},
 	{"created", TIME, AT(created), 0, true},
 	{"started", TIME, AT(started), 0, true},
@@ -111,6 +112,7 @@ static gnp_status write_member(const struct member *member, const void *field, s
 	case TIME: return gnp_buffer_printf(buffer, error, "%s %" PRId64 "\n", member->name, *(const int64_t *)field);
 	case STATE: text = gnpd_job_state_name(*(const enum gnpd_job_state *)field); break;
 	case STATUS: text = gnp_status_name(*(const gnp_status *)field); break;
+	case FLAG: text = *(const bool *)field ? "1" : NULL; break;
 	case TEXT: text = *(const char *)field ? field : NULL; break;
 	case STRING: memcpy(&text, field, sizeof text); break;
 	}
@@ -199,6 +201,9 @@ static bool set_member(const struct member *member, void *field, char *text, boo
 		return true;
 	case STATE: return gnpd_job_state_find(text, field);
 	case STATUS: return read_status(text, field);
+	case FLAG:
+		*(bool *)field = strcmp(text, "1") == 0;
+		return *(bool *)field;
 	case TEXT:
 		if (!*text || strlen(text) >= member->capacity)
 			return false;
@@ -273,6 +278,8 @@ static gnp_status check_record(const struct gnpd_job_record *record, const bool 
 	if (gnpd_job_state_is_final(record->state) != (record->finished > 0))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state %s, finished %" PRId64, gnpd_job_state_name(record->state),
 		                     record->finished);
+	if (gnpd_job_state_is_final(record->state) && record->cancelled)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state %s, and its end is asked for", gnpd_job_state_name(record->state));
 	if (record->state == GNPD_JOB_SUCCEEDED && (!*record->result_hash || !*record->result_type))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state succeeded without a result");
 	if (record->state == GNPD_JOB_FAILED && record->error == GNP_OK)

@@ -36,6 +36,7 @@ struct gnpd_job_record {
 	char *query, *content_type, *content_encoding, *accept, *inference_length; /* as they came; owned; NULL: absent */
 	uint64_t body_bytes;
 	enum gnpd_job_state state;
+	bool cancelled;                /* somebody asked for its end, which has not come yet */
 	uint64_t attempts;             /* runs that began and whose end is not known */
 	int64_t created, started, finished; /* microseconds since the epoch; 0: not yet */
 	gnp_status error;              /* why it failed; GNP_OK else */

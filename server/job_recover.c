@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -16,13 +17,37 @@ static size_t file_bytes(struct gnpd_jobs *jobs, const char *id, enum gnpd_job_f
 	return size;
 }
 
+/* What an earlier process left is over: its record is written and what belongs to a job that is to run goes. */
+static void end(struct gnpd_jobs *jobs, struct gnpd_job_record *record, enum gnpd_job_state state)
+{
+	record->state = state;
+	record->cancelled = false;
+	record->finished = gnpd_clock_now();
+	jobs->counts.ended[state]++;
+	gnpd_job_store_put_record(&jobs->store, record, NULL);
+	gnpd_job_store_remove(&jobs->store, record->id, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_store_remove(&jobs->store, record->id, GNPD_JOB_CHECKPOINT_FILE, NULL);
+}
+
 static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 {
-	record->state = GNPD_JOB_FAILED;
 	record->error = GNP_INTERNAL;
-	record->finished = gnpd_jobs_now();
-	snprintf(record->error_text, sizeof record->error_text, "the daemon ended %llu times while it ran, need at most %zu (jobs-attempts)",
+	snprintf(record->error_text, sizeof record->error_text,
+	         "the daemon ended while it ran, in run %llu of at most %zu (jobs-attempts); the job may be what ends it: make it smaller, "
+	         "or ask the operator before it is submitted again",
 	         (unsigned long long)record->attempts, jobs->server->config->jobs_attempts);
+	end(jobs, record, GNPD_JOB_FAILED);
+}
+
+/* Decides what becomes of a job that was not over. */
+static void decide(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
+{
+	if (record->cancelled)
+		end(jobs, record, GNPD_JOB_CANCELLED);
+	else if (record->state == GNPD_JOB_RUNNING && record->attempts >= jobs->server->config->jobs_attempts)
+		give_up(jobs, record);
+	else
+		record->state = GNPD_JOB_QUEUED;
 }
 
 /* The record is the job's from then on. */
@@ -31,22 +56,12 @@ static gnp_status take_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record
 	struct gnpd_job *job = calloc(1, sizeof *job);
 	if (!job)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
-	bool was_running = record->state == GNPD_JOB_RUNNING, failed = record->state == GNPD_JOB_FAILED;
-	if (was_running && record->attempts >= jobs->server->config->jobs_attempts) {
-		give_up(jobs, record);
-		failed = true;
-	} else if (was_running) {
-		record->state = GNPD_JOB_QUEUED;
-	}
+	if (!gnpd_job_state_is_final(record->state))
+		decide(jobs, record);
 	job->record = *record;
 	*record = (struct gnpd_job_record){0};
 	job->jobs = jobs;
 	job->queued.run = gnpd_job_run;
-	if (failed) {
-		gnpd_job_store_put_record(&jobs->store, &job->record, NULL);
-		gnpd_job_store_remove(&jobs->store, job->record.id, GNPD_JOB_BODY_FILE, NULL);
-		gnpd_job_store_remove(&jobs->store, job->record.id, GNPD_JOB_CHECKPOINT_FILE, NULL);
-	}
 	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
 		job->bytes[file] = file_bytes(jobs, job->record.id, (enum gnpd_job_file)file);
 	gnp_status status = gnpd_jobs_insert(jobs, job, error);

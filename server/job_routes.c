@@ -1,4 +1,5 @@
-/* /v1/jobs: the verbs of jobs. Submitting and deleting wait for the disk and are done at the desk; the rest is answered at once. */
+/* /v1/jobs: the verbs of jobs. Submitting, which checks the body, and deleting wait for the disk and are done at the desk; the rest is
+ * answered at once. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,6 +31,15 @@ static gnp_status read_query(struct gnpd_request *request, const char *const *kn
 			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", values->items[i].name,
 			                       *list ? list : "none");
 	}
+	return status;
+}
+
+static gnp_status take_no_query(struct gnpd_request *request, struct gnp_error *error)
+{
+	static const char *const none[] = {NULL};
+	struct gnp_values values = {0};
+	gnp_status status = read_query(request, none, &values, error);
+	gnp_values_clear(&values);
 	return status;
 }
 
@@ -80,17 +90,6 @@ static gnp_status check_key(const char *key, struct gnp_error *error)
 	return GNP_OK;
 }
 
-/* What a run would be refused for in any case. */
-static gnp_status check_memory(const struct gnpd_work *work, struct gnp_error *error)
-{
-	size_t most = gnpd_jobs_memory_most(work->server->jobs);
-	if (work->call.memory <= most && work->reserved <= most - work->call.memory)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_TOO_LARGE,
-	                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
-	                     work->reserved, work->call.memory, most);
-}
-
 gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error)
 {
 	struct gnpd_job *job = NULL;
@@ -100,9 +99,12 @@ gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error)
 		status = gnpd_work_check(&request->work, error);
 	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
 	if (status == GNP_OK)
-		status = check_memory(&request->work, error);
-	if (status == GNP_OK)
 		status = gnpd_jobs_submit(request->server->jobs, &request->work, request->principal, request->idempotency_key, &job, &existing, error);
+	if (status == GNP_IN_PROGRESS) {
+		gnpd_reply_error(request, error);
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
+		return GNP_OK;
+	}
 	if (status != GNP_OK)
 		return status;
 	struct gnpd_job_view view;
@@ -146,7 +148,22 @@ static gnp_status read_filter(const struct gnp_values *values, struct gnpd_job_f
 	return GNP_OK;
 }
 
-static gnp_status write_list(struct gnpd_request *request, struct gnpd_job **found, size_t count, bool more, struct gnp_error *error)
+/* What asks for the jobs that come after the last one, with what was asked for now: names out of tables and a number, which need no
+ * escapes. */
+static gnp_status write_next(const struct gnp_values *values, const char *last, struct gnp_buffer *body, struct gnp_error *error)
+{
+	static const char *const kept[] = {"state", "operation", "limit"};
+	gnp_status status = gnp_buffer_printf(body, error, "/v1/jobs?");
+	for (size_t i = 0; i < sizeof kept / sizeof kept[0] && status == GNP_OK; i++) {
+		const char *text = text_of(values, kept[i]);
+		if (text)
+			status = gnp_buffer_printf(body, error, "%s=%s&", kept[i], text);
+	}
+	return status == GNP_OK ? gnp_buffer_printf(body, error, "after=%s", last) : status;
+}
+
+static gnp_status write_list(struct gnpd_request *request, const struct gnp_values *values, struct gnpd_job **found, size_t count,
+                             bool more, struct gnp_error *error)
 {
 	struct gnp_buffer *body = &request->reply.body;
 	struct gnpd_job_view view = {0};
@@ -158,10 +175,12 @@ static gnp_status write_list(struct gnpd_request *request, struct gnpd_job **fou
 		if (status == GNP_OK)
 			status = gnpd_job_write_json(&view, body, error);
 	}
-	if (status != GNP_OK)
-		return status;
-	return more ? gnp_buffer_printf(body, error, "],\"more\":true,\"next\":\"/v1/jobs?after=%s\"}\n", view.record.id)
-	            : gnp_buffer_printf(body, error, "],\"more\":false,\"next\":null}\n");
+	if (status != GNP_OK || !more)
+		return status == GNP_OK ? gnp_buffer_printf(body, error, "],\"more\":false,\"next\":null}\n") : status;
+	status = gnp_buffer_printf(body, error, "],\"more\":true,\"next\":\"");
+	if (status == GNP_OK)
+		status = write_next(values, view.record.id, body, error);
+	return status == GNP_OK ? gnp_buffer_printf(body, error, "\"}\n") : status;
 }
 
 static gnp_status list(struct gnpd_request *request, const struct gnp_values *values, struct gnp_error *error)
@@ -178,7 +197,7 @@ static gnp_status list(struct gnpd_request *request, const struct gnp_values *va
 	if (!found)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory for a list of %zu", limit);
 	size_t count = gnpd_jobs_list(request->server->jobs, &filter, found, limit, &more);
-	status = write_list(request, found, count, more, error);
+	status = write_list(request, values, found, count, more, error);
 	for (size_t i = 0; i < count; i++)
 		gnpd_job_release(found[i]);
 	free(found);
@@ -248,11 +267,8 @@ gnp_status gnpd_jobs_polled(struct gnpd_request *request, struct gnp_error *erro
 
 gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *error)
 {
-	static const char *const none[] = {NULL};
-	struct gnp_values values = {0};
 	struct gnpd_job *job;
-	gnp_status status = read_query(request, none, &values, error);
-	gnp_values_clear(&values);
+	gnp_status status = take_no_query(request, error);
 	if (status == GNP_OK)
 		status = find(request, &job, error);
 	if (status != GNP_OK)
@@ -340,7 +356,9 @@ gnp_status gnpd_jobs_result(struct gnpd_request *request, struct gnp_error *erro
 {
 	struct gnpd_job *job;
 	struct gnpd_job_view view;
-	gnp_status status = find(request, &job, error);
+	gnp_status status = take_no_query(request, error);
+	if (status == GNP_OK)
+		status = find(request, &job, error);
 	if (status != GNP_OK)
 		return status;
 	gnpd_job_look(job, &view);
@@ -354,7 +372,9 @@ gnp_status gnpd_jobs_remove(struct gnpd_request *request, struct gnp_error *erro
 {
 	struct gnpd_job *job;
 	enum gnpd_job_deletion what;
-	gnp_status status = find(request, &job, error);
+	gnp_status status = take_no_query(request, error);
+	if (status == GNP_OK)
+		status = find(request, &job, error);
 	if (status != GNP_OK)
 		return status;
 	status = gnpd_jobs_delete(request->server->jobs, job, &what, error);

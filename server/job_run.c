@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -85,9 +86,14 @@ static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error
 	return status;
 }
 
-static gnp_status reserve_files(struct run *run, struct gnp_error *error)
+static gnp_status reserve_body(struct run *run, struct gnp_error *error)
 {
-	return reserve(run, run->job->record.body_bytes + run->checkpoint_bytes, error);
+	return reserve(run, run->job->record.body_bytes, error);
+}
+
+static gnp_status reserve_checkpoint(struct run *run, struct gnp_error *error)
+{
+	return reserve(run, run->checkpoint_bytes, error);
 }
 
 static gnp_status reserve_call(struct run *run, struct gnp_error *error)
@@ -109,22 +115,42 @@ static gnp_status check(struct run *run, struct gnp_error *error)
 	return status;
 }
 
-static gnp_status read_files(struct run *run, struct gnp_error *error)
+static gnp_status read_body(struct run *run, struct gnp_error *error)
+{
+	const struct gnpd_job_record *record = &run->job->record;
+	gnp_status status = gnpd_job_store_get(&run->jobs->store, record->id, GNPD_JOB_BODY_FILE, record->body_bytes, &run->work.body, error);
+	if (status == GNP_OK && run->work.body.size != record->body_bytes)
+		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size, record->body_bytes);
+	return status;
+}
+
+static void read_checkpoint(struct run *run)
 {
 	struct gnpd_job_store *store = &run->jobs->store;
-	const char *id = run->job->record.id;
-	gnp_status status = gnpd_job_store_get(store, id, GNPD_JOB_BODY_FILE, run->job->record.body_bytes, &run->work.body, error);
-	if (status == GNP_OK && run->work.body.size != run->job->record.body_bytes)
-		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size, run->job->record.body_bytes);
-	if (status == GNP_OK && run->checkpoint_bytes &&
-	    gnpd_job_store_get(store, id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) == GNP_OK) {
-		run->checkpoint.kept = run->kept.data;
-		run->checkpoint.size = run->kept.size;
-		pthread_mutex_lock(&run->jobs->lock);
-		run->jobs->counts.resumed++;
-		pthread_mutex_unlock(&run->jobs->lock);
-	}
-	return status;
+	if (gnpd_job_store_get(store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) != GNP_OK)
+		return;
+	run->checkpoint.kept = run->kept.data;
+	run->checkpoint.size = run->kept.size;
+	pthread_mutex_lock(&run->jobs->lock);
+	run->jobs->counts.resumed++;
+	pthread_mutex_unlock(&run->jobs->lock);
+}
+
+/* Memory for a checkpoint was not asked for when the job was taken: where it does not fit beside the rest, the job begins anew. */
+static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
+{
+	struct gnp_error cause = {0};
+	if (!run->checkpoint_bytes)
+		return GNP_OK;
+	gnp_status status = be_patient(run, reserve_checkpoint, &cause);
+	if (status == GNP_OK)
+		read_checkpoint(run);
+	if (status != GNP_TOO_LARGE)
+		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
+	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: begins anew without its checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
+	run->checkpoint_bytes = 0;
+	return GNP_OK;
 }
 
 /* Holds nothing while it waits for its turn; once it has all, others have theirs. */
@@ -133,13 +159,15 @@ static gnp_status gather(struct run *run, struct gnp_error *error)
 	gnp_status status = be_patient(run, take_turn, error);
 	if (status != GNP_OK)
 		return status;
-	status = be_patient(run, reserve_files, error);
+	status = be_patient(run, reserve_body, error);
 	if (status == GNP_OK)
-		status = read_files(run, error);
+		status = read_body(run, error);
 	if (status == GNP_OK)
 		status = be_patient(run, check, error);
 	if (status == GNP_OK)
 		status = be_patient(run, reserve_call, error);
+	if (status == GNP_OK)
+		status = take_checkpoint(run, error);
 	pthread_mutex_unlock(&run->jobs->turn);
 	return status;
 }
@@ -185,6 +213,7 @@ static void set_work(struct run *run)
 	struct gnpd_work *work = &run->work;
 	const struct gnpd_config *config = run->jobs->server->config;
 	gnpd_work_init(work, run->jobs->server, &run->reply);
+	work->patient = true;
 	work->codec = strcmp(record->codec, gnpd_codec_oip.name) == 0 ? &gnpd_codec_oip : &gnpd_codec_file;
 	work->operation = gnp_operation_find(record->operation);
 	work->query = record->query;
@@ -224,7 +253,7 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	size_t size = 0;
 	next.state = GNPD_JOB_RUNNING;
-	next.started = gnpd_jobs_now();
+	next.started = gnpd_clock_now();
 	next.attempts++;
 	int fd = gnpd_job_store_open_file(&run->jobs->store, next.id, GNPD_JOB_CHECKPOINT_FILE, &size);
 	if (fd >= 0) {
@@ -239,8 +268,8 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 /* Every end is committed after its files are there and before those it no longer needs go. */
 static void clean(struct run *run)
 {
-	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE);
-	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 }
 
 static const char *header_of(const struct gnpd_reply *reply, const char *name)
@@ -302,12 +331,12 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 	if (status != GNP_OK)
 		return status;
 	next.state = GNPD_JOB_SUCCEEDED;
-	next.finished = gnpd_jobs_now();
+	next.finished = gnpd_clock_now();
 	next.attempts = 0;
 	status = gnpd_job_commit(run->job, &next, error);
 	if (status == GNP_OK)
 		return GNP_OK;
-	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE);
+	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE, NULL);
 	return status;
 }
 
@@ -316,7 +345,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 static void fail(struct run *run, gnp_status status, const struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
-	next.finished = gnpd_jobs_now();
+	next.finished = gnpd_clock_now();
 	if (status == GNP_CANCELLED) {
 		next.state = GNPD_JOB_CANCELLED;
 	} else {
@@ -331,7 +360,7 @@ static void fail(struct run *run, gnp_status status, const struct gnp_error *err
 		gnpd_job_commit_anyway(run->job, &next);
 }
 
-/* For the next process: as if this run had never been, but for its checkpoint. */
+/* As if this run had never been, but for its checkpoint. */
 static void park(struct run *run)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
@@ -339,6 +368,7 @@ static void park(struct run *run)
 	next.started = 0;
 	next.attempts--;
 	gnpd_job_commit_anyway(run->job, &next);
+	gnpd_job_leave(run->job);
 }
 
 static void end(struct run *run, gnp_status status, struct gnp_error *error)
@@ -355,9 +385,10 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 	gnpd_metrics_stages(&server->metrics, &run->work.task);
 	if (status == GNP_OK)
 		atomic_fetch_add(&server->metrics.points, run->work.call.points);
+	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
 	gnpd_log_event(&server->log, "info", "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
-	               status == GNP_DRAINING ? "parked" : gnpd_job_state_name(gnpd_job_record_now(run->job).state),
-	               gnp_clock() - run->work.begun, *error->text ? ": " : "", error->text);
+	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
+	               *error->text ? ": " : "", error->text);
 }
 
 /* ---- The run ---- */
@@ -392,5 +423,7 @@ void gnpd_job_run(struct gnpd_queued *queued)
 	pthread_mutex_unlock(&job->jobs->lock);
 	if (wanted)
 		run_job(job);
+	else
+		gnpd_job_leave(job);
 	gnpd_job_release(job);
 }

@@ -8,12 +8,13 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "clock.h"
 
 static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffix[] = ".new";
 static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
-static const char temporary_prefix[] = "gnpd-jobs.";
+static const char temporary_prefix[] = "gnpd-jobs.", young_prefix[] = "gnpd-jobs-new.";
 
 enum { FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256 };
 
@@ -90,21 +91,22 @@ static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_st
 
 /* ---- Temporary folders ---- */
 
+/* The lock last: what has none is never touched. */
 static void remove_files(int folder)
 {
 	int copy = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
 	for (struct dirent *entry; directory && (entry = readdir(directory));)
-		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 && strcmp(entry->d_name, lock_name) != 0)
 			unlinkat(folder, entry->d_name, 0);
 	if (directory)
 		closedir(directory);
+	unlinkat(folder, lock_name, 0);
 }
 
-/* One that a killed process left: ours, a minute old, and nobody has its lock. */
+/* One that a killed process left: ours, and nobody has its lock, which its process had before it got this name. */
 static void remove_if_left(const char *parent, const char *name)
 {
-	enum { OLD = 60 };
 	char path[1024];
 	struct stat information;
 	if (snprintf(path, sizeof path, "%s/%s", parent, name) >= (int)sizeof path)
@@ -112,7 +114,7 @@ static void remove_if_left(const char *parent, const char *name)
 	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
 	if (folder < 0)
 		return;
-	if (fstat(folder, &information) == 0 && information.st_uid == geteuid() && time(NULL) - information.st_mtime > OLD) {
+	if (fstat(folder, &information) == 0 && information.st_uid == geteuid()) {
 		int lock = openat(folder, lock_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
 		if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
 			remove_files(folder);
@@ -134,21 +136,29 @@ static void remove_left(const char *parent)
 		closedir(directory);
 }
 
+/* Gets its name once it is locked, so that nobody takes it for one that was left. */
 static gnp_status open_temporary(struct gnpd_job_store *store, struct gnp_error *error)
 {
 	const char *parent = getenv("TMPDIR");
-	char path[1024], chance[7] = "";
+	char young[1024], path[1024], chance[7] = "";
 	memset(chance, 'X', sizeof chance - 1); /* what mkdtemp replaces */
 	if (!parent || !*parent)
 		parent = "/tmp";
-	if (snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, chance) >= (int)sizeof path)
+	if (snprintf(young, sizeof young, "%s/%s%s", parent, young_prefix, chance) >= (int)sizeof young)
 		return fault(parent, ENAMETOOLONG, error);
 	remove_left(parent);
-	if (!mkdtemp(path))
-		return fault(path, errno, error);
-	gnp_status status = open_folder(path, false, store, error);
-	if (status != GNP_OK)
-		rmdir(path);
+	if (!mkdtemp(young))
+		return fault(young, errno, error);
+	snprintf(path, sizeof path, "%s/%s%s", parent, temporary_prefix, young + strlen(young) - strlen(chance));
+	gnp_status status = open_folder(young, false, store, error);
+	if (status != GNP_OK) {
+		rmdir(young);
+	} else if (rename(young, path) != 0) {
+		status = fault(path, errno, error);
+		gnpd_job_store_close(store);
+	} else {
+		snprintf(store->path, sizeof store->path, "%s", path);
+	}
 	return status;
 }
 
@@ -251,9 +261,16 @@ static gnp_status list_names(const struct gnpd_job_store *store, struct names *n
 		return fault(store->path, errno, error);
 	}
 	gnp_status status = GNP_OK;
-	for (struct dirent *entry; status == GNP_OK && (entry = readdir(directory));)
+	for (;;) {
+		errno = 0; /* the end of the folder leaves it so */
+		struct dirent *entry = status == GNP_OK ? store->disk.next(directory) : NULL;
+		if (!entry)
+			break;
 		if (entry->d_name[0] != '.')
 			status = add_name(names, entry->d_name, error);
+	}
+	if (status == GNP_OK && errno)
+		status = fault(store->path, errno, error);
 	closedir(directory);
 	if (names->count)
 		qsort(names->items, names->count, sizeof *names->items, compare_names);
@@ -289,26 +306,30 @@ static void set_aside(struct gnpd_job_store *store, const char *id, struct gnpd_
 
 static void fail(struct gnpd_job_record *record, const char *what)
 {
-	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
 	record->state = GNPD_JOB_FAILED;
 	record->error = GNP_STORAGE;
-	record->finished = (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
+	record->finished = gnpd_clock_now();
 	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
 }
 
-/* What the record needs is there whole. */
-static void check_files(struct gnpd_job_store *store, struct gnpd_job_record *record)
+/* A job whose files are not there whole has failed. */
+static gnp_status check_files(struct gnpd_job_store *store, struct gnpd_job_record *record, struct gnp_error *error)
 {
 	bool final = gnpd_job_state_is_final(record->state);
-	if (final && record->state != GNPD_JOB_SUCCEEDED)
-		return;
+	if ((final && record->state != GNPD_JOB_SUCCEEDED) || record->cancelled)
+		return GNP_OK;
+	const char *what = final ? "result" : "body";
 	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
 	int fd = gnpd_job_store_open_file(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &size);
+	if (fd < 0 && errno != ENOENT)
+		return gnp_error_set(error, GNP_IO, "jobs-dir: %s: cannot open the %s of job %s: %s", store->path, what, record->id, strerror(errno));
 	if (fd >= 0)
 		close(fd);
-	if (fd < 0 || size != wanted)
-		fail(record, final ? "result" : "body");
+	if (fd < 0 || size != wanted) {
+		fail(record, what);
+		gnpd_job_store_put_record(store, record, NULL);
+	}
+	return GNP_OK;
 }
 
 static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, struct gnpd_job_found *found,
@@ -321,7 +342,7 @@ static gnp_status read_record(struct gnpd_job_store *store, const char *id, stru
 	if (status == GNP_OK)
 		status = gnpd_job_record_parse((const char *)text.data, text.size, record, &cause);
 	gnp_buffer_clear(&text);
-	if (status == GNP_OUT_OF_MEMORY)
+	if (status == GNP_OUT_OF_MEMORY || status == GNP_STORAGE) /* it may be read the next time */
 		return gnp_error_set(error, status, "%s", cause.text);
 	if (status == GNP_OK && strcmp(record->id, id) != 0) {
 		gnpd_job_record_clear(record);
@@ -332,9 +353,8 @@ static gnp_status read_record(struct gnpd_job_store *store, const char *id, stru
 		found->damaged++;
 		return GNP_OK;
 	}
-	check_files(store, record);
 	found->count++;
-	return GNP_OK;
+	return check_files(store, record, error);
 }
 
 static int compare_records(const void *a, const void *b)
@@ -363,15 +383,17 @@ static bool wanted(const struct gnpd_job_record *record, enum gnpd_job_file file
 
 static void tidy(struct gnpd_job_store *store, const char *name, const struct gnpd_job_found *found, struct gnpd_log *log)
 {
-	char id[GNPD_JOB_ID + 1];
+	char id[GNPD_JOB_ID + 1], whole[NAME_LENGTH];
 	enum gnpd_job_file file;
+	bool half = ends_with(name, new_suffix);
 	if (strcmp(name, lock_name) == 0 || ends_with(name, damaged_suffix))
 		return;
-	if (!ends_with(name, new_suffix) && !name_parse(name, id, &file)) {
+	snprintf(whole, sizeof whole, "%.*s", (int)(strlen(name) - (half ? sizeof new_suffix - 1 : 0)), name);
+	if (!name_parse(whole, id, &file)) {
 		gnpd_log_event(log, "warning", "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
 		return;
 	}
-	if (!ends_with(name, new_suffix) && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
+	if (!half && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
 		return;
 	unlinkat(store->disk.folder, name, 0);
 }

@@ -32,8 +32,8 @@ struct gnpd_job_found {
 };
 
 /* What the folder holds after a run that may have ended anywhere: removes files half written and files without a record, sets damaged
- * records aside with what belongs to them, logs both. A record whose body or result is not there whole becomes a failed one, in
- * memory. */
+ * records aside with what belongs to them, logs both. A record whose body or result is not there whole becomes a failed one, on disk
+ * too where that can be written. What cannot be read may be whole: GNP_STORAGE or GNP_IO naming it, and no file is removed. */
 gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error);
 
 gnp_status gnpd_job_store_put_record(struct gnpd_job_store *store, const struct gnpd_job_record *record, struct gnp_error *error);
@@ -41,7 +41,7 @@ gnp_status gnpd_job_store_put(struct gnpd_job_store *store, const char *id, enum
                               size_t count, struct gnp_error *error);
 gnp_status gnpd_job_store_get(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, size_t most,
                               struct gnp_buffer *buffer, struct gnp_error *error);
-/* Open for reading, or -1. */
+/* gnpd_disk_open. */
 int gnpd_job_store_open_file(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, size_t *size);
 gnp_status gnpd_job_store_remove(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, struct gnp_error *error);
 

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <sys/random.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
 
@@ -11,7 +12,7 @@
 static gnp_status make_id(struct gnpd_jobs *jobs, struct gnpd_job_record *record, struct gnp_error *error)
 {
 	unsigned long long chance;
-	record->created = gnpd_jobs_now();
+	record->created = gnpd_clock_now();
 	jobs->last = record->created > jobs->last ? record->created : jobs->last + 1;
 	if (getrandom(&chance, sizeof chance, 0) != sizeof chance)
 		return gnp_error_set(error, GNP_IO, "random numbers: %s", strerror(errno));
@@ -66,11 +67,12 @@ static struct gnpd_job *make_job(struct gnpd_jobs *jobs, const struct gnpd_work 
 	return NULL;
 }
 
-/* Lock held. The principal's job with the key, or NULL. */
-static struct gnpd_job *with_key(const struct gnpd_jobs *jobs, const char *principal, const char *key)
+/* Lock held. The principal's job with the same key, or NULL. */
+static struct gnpd_job *same_key(const struct gnpd_jobs *jobs, const struct gnpd_job *job)
 {
-	for (size_t i = 0; i < jobs->count; i++)
-		if (strcmp(jobs->items[i]->record.key, key) == 0 && strcmp(jobs->items[i]->record.principal, principal) == 0)
+	const struct gnpd_job_record *record = &job->record;
+	for (size_t i = 0; i < jobs->count && *record->key; i++)
+		if (strcmp(jobs->items[i]->record.key, record->key) == 0 && strcmp(jobs->items[i]->record.principal, record->principal) == 0)
 			return jobs->items[i];
 	return NULL;
 }
@@ -84,17 +86,24 @@ static gnp_status check_same(const struct gnpd_job *old, const struct gnpd_job *
 		                     "Idempotency-Key: \"%s\" is that of job %s, which was asked for something else (operation, query, headers or body)",
 		                     key, old->arriving ? "to be" : old->record.id);
 	if (old->arriving)
-		return gnp_error_set(error, GNP_CONFLICT, "Idempotency-Key: a request with \"%s\" is being taken, try again", key);
+		return gnp_error_set(error, GNP_IN_PROGRESS, "Idempotency-Key: a request with \"%s\" is being taken, try again", key);
 	return GNP_OK;
 }
 
 /* Lock held. */
-static gnp_status check_room(struct gnpd_jobs *jobs, size_t bytes, struct gnp_error *error)
+static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnp_error *error)
 {
+	size_t bytes = work->body.size, memory = gnpd_jobs_memory_most(jobs);
 	const struct gnpd_config *config = jobs->server->config;
 	size_t waiting = 0;
 	if (jobs->parking)
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
+	if (work->call.memory > memory || work->reserved > memory - work->call.memory) {
+		jobs->counts.refused_memory++;
+		return gnp_error_set(error, GNP_TOO_LARGE,
+		                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
+		                     work->reserved, work->call.memory, memory);
+	}
 	for (size_t i = 0; i < jobs->count; i++)
 		waiting += jobs->items[i]->record.state == GNPD_JOB_QUEUED;
 	if (waiting >= config->jobs_queue_count) {
@@ -115,13 +124,24 @@ static gnp_status check_room(struct gnpd_jobs *jobs, size_t bytes, struct gnp_er
 	return GNP_OK;
 }
 
+/* What expired goes for a new job, not for one that is there already. */
+static void make_room(struct gnpd_jobs *jobs, const struct gnpd_job *job)
+{
+	pthread_mutex_lock(&jobs->lock);
+	bool is_new = !same_key(jobs, job);
+	pthread_mutex_unlock(&jobs->lock);
+	if (is_new)
+		gnpd_job_clerk_make_room(jobs);
+}
+
 /* Takes the job in as one that arrives, or finds the one that is there already (*existing, a reference). */
-static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnpd_job **existing, struct gnp_error *error)
+static gnp_status admit(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnpd_job *job, struct gnpd_job **existing,
+                        struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	*existing = NULL;
 	pthread_mutex_lock(&jobs->lock);
-	struct gnpd_job *old = *job->record.key ? with_key(jobs, job->record.principal, job->record.key) : NULL;
+	struct gnpd_job *old = same_key(jobs, job);
 	if (old) {
 		status = check_same(old, job, error);
 		if (status == GNP_OK) {
@@ -130,7 +150,7 @@ static gnp_status admit(struct gnpd_jobs *jobs, struct gnpd_job *job, struct gnp
 			*existing = old;
 		}
 	} else {
-		status = check_room(jobs, job->bytes[GNPD_JOB_BODY_FILE], error);
+		status = check_room(jobs, work, error);
 		if (status == GNP_OK)
 			status = make_id(jobs, &job->record, error);
 		if (status == GNP_OK)
@@ -157,8 +177,8 @@ gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work
 	struct gnpd_job *old = NULL, *job = make_job(jobs, work, principal, key);
 	if (!job)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
-	gnpd_job_clerk_make_room(jobs);
-	gnp_status status = admit(jobs, job, &old, error);
+	make_room(jobs, job);
+	gnp_status status = admit(jobs, work, job, &old, error);
 	if (status != GNP_OK || old) {
 		gnpd_job_release(job);
 		*out = old;

@@ -123,12 +123,17 @@ size_t gnpd_jobs_list(struct gnpd_jobs *jobs, const struct gnpd_job_filter *filt
 	return count;
 }
 
+void gnpd_job_look_progress(struct gnpd_job *job)
+{
+	if (job->work)
+		job->progress = gnpd_job_progress_of(&job->work->task, gnp_clock() - job->began, &job->progress);
+}
+
 void gnpd_job_look(struct gnpd_job *job, struct gnpd_job_view *view)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	pthread_mutex_lock(&jobs->lock);
-	if (job->work)
-		job->progress = gnpd_job_progress_of(&job->work->task, gnp_clock() - job->began, &job->progress);
+	gnpd_job_look_progress(job);
 	*view = (struct gnpd_job_view){.record = job->record, .progress = job->progress, .version = job->version, .removed = job->removed};
 	pthread_mutex_unlock(&jobs->lock);
 	struct gnpd_job_record *record = &view->record;

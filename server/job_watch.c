@@ -3,8 +3,8 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "clock.h"
 #include "job_json.h"
 #include "server.h"
 
@@ -181,18 +181,6 @@ static struct gnpd_watch *look(struct gnpd_watchers *watchers)
 	return answered;
 }
 
-static void wait_tick(struct gnpd_watchers *watchers)
-{
-	struct timespec until;
-	clock_gettime(CLOCK_MONOTONIC, &until);
-	until.tv_nsec += 100000000;
-	if (until.tv_nsec >= 1000000000) {
-		until.tv_nsec -= 1000000000;
-		until.tv_sec++;
-	}
-	pthread_cond_timedwait(&watchers->wake, &watchers->lock, &until);
-}
-
 static void *watch_main(void *argument)
 {
 	struct gnpd_watchers *watchers = argument;
@@ -209,7 +197,7 @@ static void *watch_main(void *argument)
 		}
 		pthread_mutex_lock(&watchers->lock);
 		if (!watchers->stopping && !watchers->changed)
-			wait_tick(watchers);
+			gnpd_clock_tick(&watchers->wake, &watchers->lock);
 	}
 	pthread_mutex_unlock(&watchers->lock);
 	return NULL;
@@ -222,11 +210,7 @@ gnp_status gnpd_watchers_create(struct gnpd_server *server, struct gnpd_watchers
 	struct gnpd_watchers *watchers = calloc(1, sizeof *watchers);
 	if (!watchers)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "watchers: no memory");
-	pthread_condattr_t monotonic;
-	pthread_condattr_init(&monotonic);
-	pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-	pthread_cond_init(&watchers->wake, &monotonic);
-	pthread_condattr_destroy(&monotonic);
+	gnpd_clock_init(&watchers->wake);
 	pthread_mutex_init(&watchers->lock, NULL);
 	watchers->server = server;
 	if (pthread_create(&watchers->thread, NULL, watch_main, watchers) != 0) {

@@ -3,17 +3,10 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "clock.h"
 #include "job.h"
 #include "server.h"
-
-int64_t gnpd_jobs_now(void)
-{
-	struct timespec now;
-	clock_gettime(CLOCK_REALTIME, &now);
-	return (int64_t)now.tv_sec * 1000000 + now.tv_nsec / 1000;
-}
 
 /* ---- Records ---- */
 
@@ -37,29 +30,44 @@ void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next)
 	gnpd_watchers_notify(jobs->server->watchers);
 }
 
+/* disk is held. */
+static gnp_status put(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	struct gnpd_job_record record = *next;
+	pthread_mutex_lock(&jobs->lock);
+	record.cancelled = job->cancelled && !gnpd_job_state_is_final(next->state);
+	pthread_mutex_unlock(&jobs->lock);
+	return gnpd_job_store_put_record(&jobs->store, &record, error);
+}
+
 gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	pthread_mutex_lock(&jobs->disk);
-	gnp_status status = gnpd_job_store_put_record(&jobs->store, next, error);
+	gnp_status status = put(job, next, error);
 	pthread_mutex_unlock(&jobs->disk);
 	return status;
 }
 
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
 {
-	gnp_status status = gnpd_job_put_record(job, next, error);
+	struct gnpd_jobs *jobs = job->jobs;
+	pthread_mutex_lock(&jobs->disk);
+	gnp_status status = put(job, next, error);
 	if (status == GNP_OK)
 		gnpd_job_publish(job, next);
+	pthread_mutex_unlock(&jobs->disk);
 	return status;
 }
 
 void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *next)
 {
 	struct gnp_error error = {0};
-	if (gnpd_job_put_record(job, next, &error) != GNP_OK)
-		gnpd_log_event(&job->jobs->server->log, "error", "job %s is %s, which could not be written: %s", next->id,
-		               gnpd_job_state_name(next->state), error.text);
+	if (gnpd_job_commit(job, next, &error) == GNP_OK)
+		return;
+	gnpd_log_event(&job->jobs->server->log, "error", "job %s is %s, which could not be written: %s", next->id,
+	               gnpd_job_state_name(next->state), error.text);
 	gnpd_job_publish(job, next);
 }
 
@@ -82,10 +90,10 @@ gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_
 	return status;
 }
 
-void gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file)
+gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error)
 {
-	gnpd_job_store_remove(&job->jobs->store, job->record.id, file, NULL);
-	gnpd_job_account(job, file, 0, NULL);
+	gnp_status status = gnpd_job_store_remove(&job->jobs->store, job->record.id, file, error);
+	return status == GNP_OK ? gnpd_job_account(job, file, 0, error) : status;
 }
 
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error)
@@ -132,43 +140,82 @@ gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_v
 
 /* ---- Deleting ---- */
 
-/* Taken out of the queue: nobody else owns it. A record that cannot be written for want of room is removed, which needs none. */
-static void cancel_queued(struct gnpd_jobs *jobs, struct gnpd_job *job)
+/* The job is the caller's. A record that cannot be written for want of room is removed, which needs none. */
+static void cancel(struct gnpd_job *job)
 {
+	struct gnpd_jobs *jobs = job->jobs;
 	struct gnpd_job_record next = gnpd_job_record_now(job);
 	struct gnp_error error = {0};
 	next.state = GNPD_JOB_CANCELLED;
-	next.finished = gnpd_jobs_now();
-	if (gnpd_job_put_record(job, &next, &error) != GNP_OK) {
-		gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it was cancelled could not be written: %s", next.id, error.text);
+	next.finished = gnpd_clock_now();
+	if (gnpd_job_commit(job, &next, &error) != GNP_OK) {
 		pthread_mutex_lock(&jobs->disk);
-		gnpd_job_remove(job, NULL);
+		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
+		gnpd_log_event(&jobs->server->log, "error", "job %s is cancelled, which could not be written%s: %s", next.id,
+		               removed ? ", and is removed" : "", error.text);
+		gnpd_job_publish(job, &next);
 	}
-	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE);
-	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE);
-	gnpd_job_publish(job, &next);
+	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE, NULL);
+}
+
+void gnpd_job_leave(struct gnpd_job *job)
+{
+	pthread_mutex_lock(&job->jobs->lock);
+	bool cancelled = job->cancelled;
+	job->parked = !cancelled;
+	pthread_mutex_unlock(&job->jobs->lock);
+	if (cancelled)
+		cancel(job);
+}
+
+/* Whether the job was nobody's and is the caller's now; else, when it is not over (*final), its runner is told to end it. */
+static bool claim(struct gnpd_jobs *jobs, struct gnpd_job *job, bool *final)
+{
+	*final = false;
+	if (gnpd_queue_remove(jobs->queue, &job->queued)) {
+		gnpd_job_release(job); /* the runner's */
+		return true;
+	}
+	pthread_mutex_lock(&jobs->lock);
+	bool parked = job->parked;
+	job->parked = false;
+	*final = gnpd_job_state_is_final(job->record.state);
+	job->cancelled = !*final;
+	if (job->cancelled && job->work)
+		gnp_task_cancel(&job->work->task);
+	pthread_mutex_unlock(&jobs->lock);
+	return parked;
+}
+
+/* So that the job does not run again should the process not live to see its end. The wish holds when it cannot be written, too. */
+static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
+{
+	struct gnp_error error = {0};
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->disk);
+	struct gnpd_job_record record = gnpd_job_record_now(job);
+	if (!gnpd_job_state_is_final(record.state) && !job->removed)
+		status = put(job, &record, &error);
+	pthread_mutex_unlock(&jobs->disk);
+	if (status != GNP_OK)
+		gnpd_log_event(&jobs->server->log, "warning", "job %s is being cancelled, which could not be written: %s", record.id, error.text);
 }
 
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error)
 {
-	if (gnpd_queue_remove(jobs->queue, &job->queued)) {
-		cancel_queued(jobs, job);
-		gnpd_job_release(job); /* the runner's */
+	bool final;
+	if (claim(jobs, job, &final)) {
+		cancel(job);
 		*what = GNPD_JOB_WAS_CANCELLED;
 		return GNP_OK;
 	}
-	pthread_mutex_lock(&jobs->lock);
-	bool final = gnpd_job_state_is_final(job->record.state);
-	if (!final) {
-		job->cancelled = true;
-		if (job->work)
-			gnp_task_cancel(&job->work->task);
-	}
-	pthread_mutex_unlock(&jobs->lock);
 	*what = final ? GNPD_JOB_WAS_REMOVED : GNPD_JOB_IS_BEING_CANCELLED;
-	if (!final)
+	if (!final) {
+		note_wish(jobs, job);
 		return GNP_OK;
+	}
 	pthread_mutex_lock(&jobs->disk);
 	gnp_status status = gnpd_job_remove(job, error);
 	pthread_mutex_unlock(&jobs->disk);
@@ -184,11 +231,7 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 	if (!jobs)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
 	jobs->server = server;
-	pthread_condattr_t monotonic;
-	pthread_condattr_init(&monotonic);
-	pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-	pthread_cond_init(&jobs->wake, &monotonic);
-	pthread_condattr_destroy(&monotonic);
+	gnpd_clock_init(&jobs->wake);
 	pthread_mutex_init(&jobs->disk, NULL);
 	pthread_mutex_init(&jobs->lock, NULL);
 	pthread_mutex_init(&jobs->turn, NULL);
@@ -221,8 +264,10 @@ gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error)
 void gnpd_job_enqueue(struct gnpd_job *job)
 {
 	gnpd_job_retain(job);
-	if (gnpd_queue_submit(job->jobs->queue, &job->queued, NULL) != GNP_OK)
-		gnpd_job_release(job);
+	if (gnpd_queue_submit(job->jobs->queue, &job->queued, NULL) == GNP_OK)
+		return;
+	gnpd_job_leave(job);
+	gnpd_job_release(job);
 }
 
 void gnpd_jobs_park(struct gnpd_jobs *jobs)

@@ -22,8 +22,9 @@ void gnpd_jobs_park(struct gnpd_jobs *jobs);
 void gnpd_jobs_free(struct gnpd_jobs *jobs);
 
 /* Keeps the call of a checked work as a job: when this returns GNP_OK it is on disk. key: Idempotency-Key, or NULL: where the principal
- * has a job with that key, *job is that one and *existing true if it was asked for the same, else GNP_CONFLICT. Full: GNP_NO_SPACE,
- * GNP_OVERLOADED or GNP_STORAGE naming the limit, and nothing is kept. *job is a reference. */
+ * has a job with that key, *job is that one and *existing true if it was asked for the same, else GNP_CONFLICT; GNP_IN_PROGRESS while
+ * another request with the key is being taken. Full: GNP_NO_SPACE, GNP_OVERLOADED, GNP_STORAGE or, where no run of it could have the
+ * memory, GNP_TOO_LARGE naming the limit, and nothing is kept. *job is a reference. */
 gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work, const char *principal, const char *key,
                             struct gnpd_job **job, bool *existing, struct gnp_error *error);
 
@@ -52,7 +53,8 @@ struct gnpd_job_view {
 void gnpd_job_look(struct gnpd_job *job, struct gnpd_job_view *view);
 
 enum gnpd_job_deletion { GNPD_JOB_WAS_CANCELLED, GNPD_JOB_IS_BEING_CANCELLED, GNPD_JOB_WAS_REMOVED };
-/* Cancels a queued or running job, removes one that is over. Needs no room on disk. */
+/* Cancels a job that waits, runs or was parked, removes one that is over. Needs no room on disk: that one that runs is to end is written
+ * into its record, for the next process, and holds in this one when it cannot be. */
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error);
 
 /* The answer's body, open for reading: the caller's. GNP_CONFLICT before there is one, the job's own error where it failed, GNP_GONE
@@ -67,7 +69,7 @@ struct gnpd_jobs_counts {
 	size_t states[GNPD_JOB_STATES], bytes, memory;
 	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
 	uint64_t ended[GNPD_JOB_STATES];
-	uint64_t refused_count, refused_queue, refused_bytes, refused_disk;
+	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;
 };
 void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts);
 

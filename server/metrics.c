@@ -225,7 +225,7 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 		status = write_reasons("rejected_total", "Requests refused by a limit.", "reason", rejects, metrics->rejected,
 		                       GNPD_REJECTS, buffer, error);
 	if (status == GNP_OK)
-		status = write_reasons("cancelled_total", "Requests whose work was stopped.", "reason", cancels, metrics->cancelled,
+		status = write_reasons("cancelled_total", "Requests and jobs whose work was stopped.", "reason", cancels, metrics->cancelled,
 		                       GNPD_CANCELS, buffer, error);
 	if (status == GNP_OK)
 		status = write_reasons("weights_reloads_total", "Loads of weights asked for while running.", "result", reloads,

@@ -35,7 +35,7 @@ void gnpd_work_clear(struct gnpd_work *work)
 gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_error *error)
 {
 	size_t limit = work->server->config->request_memory_bytes;
-	if (bytes > limit - work->reserved) {
+	if (work->reserved > limit || bytes > limit - work->reserved) {
 		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_REQUEST_MEMORY);
 		return gnp_error_set(error, GNP_TOO_LARGE,
 		                     "memory: the request holds %zu bytes and needs %zu more, need at most %zu (request-memory-bytes)",
@@ -44,7 +44,7 @@ gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_er
 	gnp_status status = gnpd_queue_reserve(work->server->queue, work->reserved, bytes, error);
 	if (status == GNP_OK)
 		work->reserved += bytes;
-	else
+	else if (!work->patient || status != GNP_OVERLOADED)
 		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_QUEUE_BYTES);
 	return status;
 }

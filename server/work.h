@@ -4,6 +4,7 @@
 #define GNPD_WORK_H
 
 #include <stdatomic.h>
+#include <stdbool.h>
 
 #include "file.h"
 #include "message.h"
@@ -38,6 +39,7 @@ struct gnpd_work {
 	const char *query, *content_type, *content_encoding, *accept, *inference_length;
 	struct gnp_buffer body;        /* as received; owned */
 	size_t reserved;               /* of the queue's bytes */
+	bool patient;                  /* asks again for what it is refused: that it has to wait is not counted */
 
 	double begun;                  /* gnp_clock() from which time limits count */
 	_Atomic double deadline;       /* gnp_clock(); whoever watches the work stops it after that */

@@ -48,6 +48,19 @@ static void what_is_written_is_read(void)
 	gnpd_job_record_clear(&read);
 }
 
+static void a_wish_to_end_is_kept(void)
+{
+	struct gnpd_job_record record = sample(), read;
+	record.state = GNPD_JOB_RUNNING;
+	record.finished = 0;
+	record.cancelled = true;
+	struct gnp_buffer text = written(&record);
+	CHECK(gnpd_job_record_parse((char *)text.data, text.size, &read, NULL) == GNP_OK && read.cancelled);
+	gnp_buffer_clear(&text);
+	gnpd_job_record_clear(&record);
+	gnpd_job_record_clear(&read);
+}
+
 static void failures_keep_their_reason(void)
 {
 	struct gnpd_job_record record = sample(), read;
@@ -96,6 +109,9 @@ static gnp_status parse_lines(const char *lines, struct gnp_error *error)
 #define GOOD                                                                                                             \
 	"id 066121009272871a8efb27b8507d8c\noperation estimate\ncodec file\nfingerprint f\nbody_bytes 1\nstate queued\n"     \
 	"attempts 0\ncreated 1\nstarted 0\n"
+#define OVER                                                                                                             \
+	"id 066121009272871a8efb27b8507d8c\noperation estimate\ncodec file\nfingerprint f\nbody_bytes 1\nstate cancelled\n"  \
+	"attempts 0\ncreated 1\nstarted 0\nfinished 2\nerror ok\nresult_bytes 0\n"
 #define REST "finished 0\nerror ok\nresult_bytes 0\n"
 
 static void lines_are_checked(void)
@@ -117,8 +133,11 @@ static void lines_are_checked(void)
 		{GOOD "finished 0\nerror ok\nresult_bytes -1\n", "value that is none"},
 		{GOOD "finished 0\nerror dreadful\nresult_bytes 0\n", "value that is none"},
 		{GOOD "finished 5\nerror ok\nresult_bytes 0\n", "state queued, finished 5"},
+		{GOOD REST "cancelled 0\n", "value that is none"},
+		{GOOD REST "cancelled 1\ncancelled 1\n", "was there before"},
+		{OVER "cancelled 1\n", "state cancelled, and its end is asked for"},
 	};
-	CHECK(parse_lines(GOOD REST, NULL) == GNP_OK);
+	CHECK(parse_lines(GOOD REST, NULL) == GNP_OK && parse_lines(GOOD REST "cancelled 1\n", NULL) == GNP_OK && parse_lines(OVER, NULL) == GNP_OK);
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
 		struct gnp_error error = {0};
 		CHECK(parse_lines(bad[i].lines, &error) == GNP_INVALID_ARGUMENT);
@@ -137,7 +156,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(what_is_written_is_read), TEST(failures_keep_their_reason), TEST(any_damage_is_noticed), TEST(lines_are_checked),
-		TEST(ids_are_digits),
+		TEST(ids_are_digits), TEST(a_wish_to_end_is_kept),
 	};
 	return RUN_TESTS(tests);
 }

@@ -43,6 +43,16 @@ static bool has(const char *id, const char *suffix)
 	return is_there(name);
 }
 
+/* Of the record: another one when it is written anew. */
+static ino_t inode(const char *id)
+{
+	char path[256];
+	struct stat information = {0};
+	snprintf(path, sizeof path, "%s/%s.job", folder, id);
+	CHECK(stat(path, &information) == 0);
+	return information.st_ino;
+}
+
 static void put_file(const char *id, const char *suffix, const char *text)
 {
 	char path[256];
@@ -152,7 +162,8 @@ static void a_failing_write_leaves_what_was_there(void)
 	close_and_remove(&store);
 }
 
-static void what_cannot_be_synced_is_not_there(void)
+/* A file that replaced another was removed when the folder could not be synced, and then there was neither: a record went with its job. */
+static void what_cannot_be_synced_is_not_there_but_in_place_of_another(void)
 {
 	struct gnpd_job_store store;
 	open_fresh(&store);
@@ -165,6 +176,11 @@ static void what_cannot_be_synced_is_not_there(void)
 	syncs = 0;
 	good_syncs = 1; /* the file's; the folder's fails */
 	CHECK(put_text(&store, "second one", NULL) == GNP_STORAGE);
+	check_content(&store, "second one");
+	CHECK(!has(ID, ".result.new"));
+	CHECK(gnpd_job_store_remove(&store, ID, GNPD_JOB_RESULT_FILE, NULL) == GNP_STORAGE && !has(ID, ".result"));
+	syncs = 0;
+	CHECK(put_text(&store, "a new one", NULL) == GNP_STORAGE);
 	CHECK(!has(ID, ".result") && !has(ID, ".result.new"));
 	close_and_remove(&store);
 }
@@ -207,6 +223,37 @@ static void temporary_folders_go_with_the_process(void)
 	CHECK(access(path, F_OK) != 0);
 }
 
+/* A folder that a killed process had left was taken away by starts that came more than a minute later, which may be none. */
+static void temporary_folders_of_killed_processes_are_removed(void)
+{
+	struct gnpd_job_store store, second;
+	char old[256] = "", link[256], elsewhere[256], left[1024];
+	strcpy(folder, "/tmp/gnpd-test.XXXXXX");
+	CHECK(mkdtemp(folder) != NULL);
+	if (getenv("TMPDIR"))
+		snprintf(old, sizeof old, "%s", getenv("TMPDIR"));
+	setenv("TMPDIR", folder, 1);
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK); /* killed: nothing of it is removed and the lock is gone */
+	CHECK(put_text(&store, "something", NULL) == GNP_OK);
+	strcpy(left, store.path);
+	close(store.lock);
+	close(store.disk.folder);
+	snprintf(elsewhere, sizeof elsewhere, "%s/elsewhere", folder);
+	snprintf(link, sizeof link, "%s/gnpd-jobs.link", folder);
+	CHECK(mkdir(elsewhere, 0700) == 0 && symlink(elsewhere, link) == 0);
+	put_file("elsewhere/lock", "", "");
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK && gnpd_job_store_open("", &second, NULL) == GNP_OK);
+	CHECK(access(left, F_OK) != 0);
+	CHECK(access(store.path, F_OK) == 0 && access(second.path, F_OK) == 0 && strcmp(store.path, second.path) != 0);
+	CHECK(is_there("elsewhere/lock"));
+	gnpd_job_store_close(&second);
+	if (*old)
+		setenv("TMPDIR", old, 1);
+	else
+		unsetenv("TMPDIR");
+	close_and_remove(&store);
+}
+
 /* ---- Scans ---- */
 
 static void jobs_are_found_in_order(void)
@@ -237,10 +284,11 @@ static void half_files_and_orphans_are_removed(void)
 	put_file(ID, ".body", "no record: it was never acknowledged");
 	put_file(OTHER, ".result.new", "half");
 	put_file("notes", ".txt", "somebody's");
+	put_file("notes.txt", ".new", "somebody's as well: it was removed as a half of ours");
 	struct gnpd_job_found found = scanned(&store);
 	CHECK(found.count == 0 && found.damaged == 0);
 	CHECK(!has(ID, ".job.new") && !has(ID, ".body") && !has(OTHER, ".result.new"));
-	CHECK(is_there("notes.txt") && is_there("lock"));
+	CHECK(is_there("notes.txt") && is_there("notes.txt.new") && is_there("lock"));
 	forget(&found);
 	close_and_remove(&store);
 }
@@ -292,17 +340,82 @@ static void jobs_without_their_files_have_failed(void)
 	}
 	CHECK(!has(OTHER, ".result"));
 	forget(&found);
+	struct gnp_buffer text = {0};
+	CHECK(gnpd_job_store_get(&store, OTHER, GNPD_JOB_RECORD_FILE, 10000, &text, NULL) == GNP_OK && gnp_buffer_append(&text, "", 1, NULL) == GNP_OK);
+	CHECK_CONTAINS((const char *)text.data, "\nstate failed\n");
+	gnp_buffer_clear(&text);
+	ino_t before[] = {inode(ID), inode(OTHER)};
+	found = scanned(&store); /* the next start rewrites nothing */
+	CHECK(found.count == 2 && found.records[0].state == GNPD_JOB_FAILED && found.records[1].state == GNPD_JOB_FAILED);
+	CHECK(inode(ID) == before[0] && inode(OTHER) == before[1]);
+	forget(&found);
+	close_and_remove(&store);
+}
+
+/* ---- A disk that does not answer while it is scanned ---- */
+
+static const char *unopened; /* part of the name */
+
+static int failing_open(int folder_, const char *name, int flags, ...)
+{
+	if (!strstr(name, unopened))
+		return openat(folder_, name, flags);
+	errno = EMFILE;
+	return -1;
+}
+
+static struct dirent *failing_next(DIR *directory)
+{
+	struct dirent *entry;
+	do
+		entry = readdir(directory);
+	while (entry && strstr(entry->d_name, ".job"));
+	errno = entry ? errno : EIO;
+	return entry;
+}
+
+/* Too many open files at the start, or a folder that could not be read to its end, and jobs had failed for good and their bodies were
+ * gone. */
+static void what_cannot_be_read_is_no_damage(void)
+{
+	static const char *const names[] = {".body", ".result", ".job", NULL};
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put(&store, ID, GNPD_JOB_QUEUED);
+	put_file(ID, ".body", "four");
+	put(&store, OTHER, GNPD_JOB_SUCCEEDED);
+	put_file(OTHER, ".result", "sixsix");
+	for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+		struct gnpd_job_found found = {0};
+		struct gnp_error error = {0};
+		unopened = names[i];
+		if (unopened)
+			store.disk.open = failing_open;
+		else
+			store.disk.next = failing_next;
+		gnp_status status = gnpd_job_store_scan(&store, &log_, &found, &error);
+		CHECK(status == GNP_IO || status == GNP_STORAGE);
+		CHECK_CONTAINS(error.text, unopened ? "Too many open files" : "Input/output error");
+		CHECK_CONTAINS(error.text, "jobs-dir");
+		CHECK(!found.records);
+		gnpd_disk_init(&store.disk, store.disk.folder, true);
+	}
+	CHECK(has(ID, ".job") && has(ID, ".body") && has(OTHER, ".job") && has(OTHER, ".result"));
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 2 && found.records[0].state == GNPD_JOB_QUEUED && found.records[1].state == GNPD_JOB_SUCCEEDED);
+	forget(&found);
 	close_and_remove(&store);
 }
 
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there),
+		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there_but_in_place_of_another),
 		TEST(one_daemon_at_a_time),                    TEST(folders_that_will_not_do_are_refused),
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
+		TEST(what_cannot_be_read_is_no_damage),       TEST(temporary_folders_of_killed_processes_are_removed),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
 	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_ERROR, nowhere);

@@ -118,6 +118,8 @@ def test_unknown_jobs_are_not_found(server):
     for job in (UNKNOWN, "x", "%2e%2e%2f%2e%2e%2fetc%2fpasswd", "lock"):
         for method, path in (("GET", ""), ("GET", "/result"), ("GET", "/events"), ("DELETE", ""), ("GET", "?wait=1s")):
             expect_error(server.request(method, "/v1/jobs/" + job + path), 404, "not_found", "job: there is no")
+        for method, path in (("GET", "/result"), ("GET", "/events"), ("DELETE", "")):
+            expect_error(server.request(method, "/v1/jobs/%s%s?colour=red" % (job, path)), 400, "invalid_argument", "colour", "known: none")
     response = server.request("PUT", "/v1/jobs/" + UNKNOWN)
     expect_error(response, 405, "method_not_allowed")
     assert set(response.headers["allow"].split(", ")) >= {"GET", "HEAD", "DELETE"}, response.headers["allow"]
@@ -285,7 +287,13 @@ def test_jobs_are_listed_newest_first():
         assert listed("?operation=estimate") == ids[2::-1] and listed("?state=succeeded") == ids[3::-1]
         assert listed("?operation=estimate&state=failed") == [] and listed("?after=" + ids[2]) == ids[1::-1]
         page = server.get("/v1/jobs?limit=2").json
-        assert page["more"] is True and page["next"] == "/v1/jobs?after=" + ids[3]
+        assert page["more"] is True and page["next"] == "/v1/jobs?limit=2&after=" + ids[3]
+        path, pages = "/v1/jobs?limit=1&state=succeeded&operation=estimate", []
+        while path:  # the next page asks for what the first did
+            page = server.get(path).json
+            pages.append([record["id"] for record in page["jobs"]])
+            path = page["next"]
+        assert pages == [[job] for job in ids[2::-1]], pages
         assert server.get("/v1/jobs?limit=5").json["more"] is False
         delete(server, ids[2])
         assert listed("?after=" + ids[2]) == ids[1::-1], "a place in the list outlives its job"
@@ -333,7 +341,8 @@ def test_one_of_many_with_a_key_makes_the_job(server):
     assert len({answer.json["id"] for answer in taken}) == 1
     for answer in answers:
         if answer not in taken:
-            expect_error(answer, 409, "conflict", "is being taken")
+            expect_error(answer, 409, "in_progress", "is being taken")
+            assert int(answer.headers["retry-after"]) >= 1
 
 
 # ---- limits ----
@@ -385,6 +394,9 @@ def test_jobs_have_time_limits():
     with Server(jobs_seconds=0.4, work_seconds=100) as server:
         record = finished(server, submit(server, LONG))
         assert record["state"] == "failed" and record["error"]["code"] == "deadline_exceeded", record
+        assert server.metric('gnpd_cancelled_total{reason="deadline"}') == 1
+        progress = record["progress"]
+        assert progress["stage"] == "flow" and progress["step"] > 0 and progress["fraction"] >= 0.1 and progress["eta_seconds"] is None, progress
     with Server() as server:
         record = finished(server, submit(server, LONG + "&timeout=300ms"))
         assert record["error"]["code"] == "deadline_exceeded", record
@@ -431,6 +443,7 @@ def test_jobs_wait_for_memory_instead_of_failing():
         server.wait_metric("gnpd_queue_bytes", 0)
         server.wait_metric("gnpd_jobs_memory_bytes", 0)
         expect_error(server.post("/v1/jobs/flow?steps=1000000&snapshot_every=1000", body), 413, "too_large", "jobs-memory-bytes")
+        assert server.metric('gnpd_jobs_refused_total{reason="memory"}') == 1
 
 
 # ---- the disk ----

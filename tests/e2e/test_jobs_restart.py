@@ -94,7 +94,7 @@ def test_a_job_the_daemon_does_not_survive_is_given_up():
             kill(server)
         with Server(jobs_dir=path, jobs_attempts=2) as server:
             record = server.get("/v1/jobs/" + job).json
-            assert record["state"] == "failed" and "the daemon ended 2 times while it ran" in record["error"]["text"], record
+            assert record["state"] == "failed" and "ended while it ran, in run 2 of at most 2 (jobs-attempts)" in record["error"]["text"], record
             assert server.post("/v1/" + QUICK, CLOUD).status == 200
         with Server(jobs_dir=path) as server:
             assert server.get("/v1/jobs/" + job).json == record
