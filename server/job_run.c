@@ -407,6 +407,8 @@ static void run_job(struct gnpd_job *job)
 	}
 	if (status == GNP_OK)
 		status = gnpd_work_finish(&run.work, &error);
+	if (status == GNP_DEADLINE)
+		gnpd_work_overdue(&run.work, &error);
 	hide_work(&run);
 	end(&run, status, &error);
 	gnpd_work_clear(&run.work);

@@ -7,6 +7,7 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include "clock.h"
 #include "last_words.h"
 #include "request.h"
 #include "server.h"
@@ -324,18 +325,6 @@ static void run_removed(struct gnpd_queued *removed)
 	}
 }
 
-static void wait_tick(struct gnpd_reaper *reaper)
-{
-	struct timespec until;
-	clock_gettime(CLOCK_MONOTONIC, &until);
-	until.tv_nsec += 100000000;
-	if (until.tv_nsec >= 1000000000) {
-		until.tv_nsec -= 1000000000;
-		until.tv_sec++;
-	}
-	pthread_cond_timedwait(&reaper->wake, &reaper->lock, &until);
-}
-
 static void *reaper_main(void *argument)
 {
 	struct gnpd_reaper *reaper = argument;
@@ -353,7 +342,7 @@ static void *reaper_main(void *argument)
 			pthread_mutex_lock(&reaper->lock);
 		}
 		if (!reaper->stopping)
-			wait_tick(reaper);
+			gnpd_clock_tick(&reaper->wake, &reaper->lock);
 	}
 	pthread_mutex_unlock(&reaper->lock);
 	return NULL;
@@ -389,11 +378,7 @@ gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **o
 	struct gnpd_reaper *reaper = calloc(1, sizeof *reaper);
 	if (!reaper)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: no memory");
-	pthread_condattr_t monotonic;
-	pthread_condattr_init(&monotonic);
-	pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-	pthread_cond_init(&reaper->wake, &monotonic);
-	pthread_condattr_destroy(&monotonic);
+	gnpd_clock_init(&reaper->wake);
 	pthread_mutex_init(&reaper->lock, NULL);
 	reaper->server = server;
 	reaper->seen = gnp_clock();

@@ -394,12 +394,13 @@ def test_jobs_have_time_limits():
     with Server(jobs_seconds=0.4, work_seconds=100) as server:
         record = finished(server, submit(server, LONG))
         assert record["state"] == "failed" and record["error"]["code"] == "deadline_exceeded", record
+        assert record["error"]["text"].endswith("need it in 0.4 s (jobs-seconds)"), record
         assert server.metric('gnpd_cancelled_total{reason="deadline"}') == 1
         progress = record["progress"]
         assert progress["stage"] == "flow" and progress["step"] > 0 and progress["fraction"] >= 0.1 and progress["eta_seconds"] is None, progress
     with Server() as server:
         record = finished(server, submit(server, LONG + "&timeout=300ms"))
-        assert record["error"]["code"] == "deadline_exceeded", record
+        assert record["error"]["code"] == "deadline_exceeded" and record["error"]["text"].endswith("need it in 0.3 s (timeout)"), record
         headers, body = harness.points_body(harness.sphere(600), estimator="gmls", steps=1000000, dt=1e-9, timeout=300000)
         record = finished(server, submit(server, "flow", body, headers))
         assert record["error"]["code"] == "deadline_exceeded", record
