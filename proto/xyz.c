@@ -19,7 +19,8 @@ struct table {
 	size_t named;   /* columns of the heading */
 	size_t columns; /* of the first row */
 	size_t rows, capacity;
-	double *values; /* (rows, columns) */
+	double *values; /* (capacity, columns) */
+	const struct gnp_budget *budget; /* holds what values take */
 	struct gnp_error *error;
 };
 
@@ -91,13 +92,24 @@ static gnp_status bad_line(struct table *t, const char *start, const char *stop)
 	                     (int)(length < 40 ? length : 40), start, t->columns ? "the first row's count of" : "3 or more");
 }
 
+/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a separator a number. */
+static size_t next_capacity(const struct table *t)
+{
+	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns), more = t->capacity + t->capacity / 2 + 1024;
+	return more < most ? more : most;
+}
+
 static gnp_status grow(struct table *t)
 {
 	if (t->rows < t->capacity)
 		return GNP_OK;
-	size_t capacity = t->capacity ? 2 * t->capacity : 1024, bytes;
+	size_t width = t->columns * sizeof *t->values, capacity = next_capacity(t), bytes;
 	double *values = NULL;
-	if (gnp_size_multiply(capacity, t->columns * sizeof *values, &bytes))
+	bool fits = gnp_size_multiply(capacity, width, &bytes);
+	gnp_status status = fits ? gnp_budget_reserve(t->budget, bytes - t->capacity * width, t->error) : GNP_OK;
+	if (status != GNP_OK)
+		return status;
+	if (fits)
 		values = realloc(t->values, bytes);
 	if (!values)
 		return gnp_error_set(t->error, GNP_OUT_OF_MEMORY, "xyz: no memory for %zu rows", capacity);
@@ -152,8 +164,9 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 			status = read_row(t, start, stop);
 		else if (!t->columns)
 			read_heading(t, start, stop);
-		if (status == GNP_OK)
-			status = gnp_decode_check_points(decode, t->rows, t->error);
+		if (status == GNP_OK && decode->wants.max_points && t->rows > decode->wants.max_points)
+			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu", decode->wants.max_points,
+			                       decode->wants.max_points);
 		if (status != GNP_OK)
 			return status;
 	}
@@ -202,12 +215,13 @@ static gnp_status make_tensors(struct table *t, const struct gnp_decode *decode,
 
 gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	struct table t = {.p = (const char *)decode->body, .error = error};
+	struct table t = {.p = (const char *)decode->body, .budget = tensors->budget, .error = error};
 	t.end = t.p + decode->size;
 	gnp_status status = read_lines(&t, decode);
 	if (status == GNP_OK)
 		status = make_tensors(&t, decode, tensors);
 	free(t.values);
+	gnp_budget_release(t.budget, t.capacity * t.columns * sizeof *t.values);
 	return status;
 }
 
