@@ -18,26 +18,29 @@ static const struct {
 
 static const gnp_decode_fn decoders[GNP_FORMAT_COUNT] = {
 	[GNP_FORMAT_PLY] = gnp_ply_decode, [GNP_FORMAT_NPY] = gnp_npy_decode, [GNP_FORMAT_NPZ] = gnp_npz_decode,
-	[GNP_FORMAT_XYZ] = gnp_xyz_decode, [GNP_FORMAT_PCD] = gnp_pcd_decode, [GNP_FORMAT_OBJ] = gnp_obj_decode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_decode, [GNP_FORMAT_CSV] = gnp_xyz_decode, [GNP_FORMAT_PCD] = gnp_pcd_decode, [GNP_FORMAT_OBJ] = gnp_obj_decode,
 	[GNP_FORMAT_JSON] = gnp_json_file_decode,
 };
 
 static const gnp_encode_fn encoders[GNP_FORMAT_COUNT] = {
 	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_NPY] = gnp_npy_encode, [GNP_FORMAT_NPZ] = gnp_npz_encode,
-	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_MTX] = gnp_mtx_encode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_CSV] = gnp_csv_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_MTX] = gnp_mtx_encode,
 	[GNP_FORMAT_JSON] = gnp_json_file_encode,
 };
+
+/* Read like any table, but not written: that has blanks. */
+static const char tabs_media_type[] = "text/tab-separated-values";
 
 /* Other names and media types in use. */
 static const struct {
 	const char *name;
 	enum gnp_format format;
 } name_synonyms[] = {
-	{"txt", GNP_FORMAT_XYZ}, {"csv", GNP_FORMAT_XYZ}, {"pts", GNP_FORMAT_XYZ}, {"asc", GNP_FORMAT_XYZ}, {"xyzn", GNP_FORMAT_XYZ},
+	{"txt", GNP_FORMAT_XYZ}, {"pts", GNP_FORMAT_XYZ}, {"asc", GNP_FORMAT_XYZ}, {"xyzn", GNP_FORMAT_XYZ},
 }, media_synonyms[] = {
 	{"model/ply", GNP_FORMAT_PLY},           {"application/x-ply", GNP_FORMAT_PLY}, {"application/npy", GNP_FORMAT_NPY},
-	{"application/npz", GNP_FORMAT_NPZ},     {"application/zip", GNP_FORMAT_NPZ},   {"text/csv", GNP_FORMAT_XYZ},
-	{"text/x-xyz", GNP_FORMAT_XYZ},          {"text/tab-separated-values", GNP_FORMAT_XYZ}, {"application/pcd", GNP_FORMAT_PCD},
+	{"application/npz", GNP_FORMAT_NPZ},     {"application/zip", GNP_FORMAT_NPZ},   {"text/x-xyz", GNP_FORMAT_XYZ},
+	{tabs_media_type, GNP_FORMAT_XYZ},       {"application/pcd", GNP_FORMAT_PCD},
 	{"application/vnd.pcd", GNP_FORMAT_PCD}, {"text/x-obj", GNP_FORMAT_OBJ},        {"application/vtk", GNP_FORMAT_VTK},
 	{"text/json", GNP_FORMAT_JSON},
 };
@@ -268,7 +271,7 @@ static bool choose(const struct entry *entry, const char *accept, struct gnp_for
 	if (find_media_type(entry->type, entry->length, &named, &choice->media_type)) {
 		choice->format = named;
 		choice->asked = true;
-		return formats[named].writable;
+		return formats[named].writable && choice->media_type != tabs_media_type;
 	}
 	bool bytes = is_entry(entry, generic_media_type), found = false;
 	if (!covers(entry, formats[choice->format].media_type) || is_refused(accept, choice->format)) {

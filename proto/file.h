@@ -15,6 +15,7 @@
 	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true, false)               \
 	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true, false)               \
 	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true, true)                       \
+	X(GNP_FORMAT_CSV, "csv", "text/csv", "csv", true, true, true)                         \
 	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false, true)               \
 	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false, true)                       \
 	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true, true)               \
@@ -37,7 +38,7 @@ bool gnp_format_readable(enum gnp_format format);
 bool gnp_format_writable(enum gnp_format format);
 bool gnp_format_of_rows(enum gnp_format format);
 
-/* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/csv, ...; generic ones such as
+/* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/x-xyz, ...; generic ones such as
  * application/octet-stream or application/x-www-form-urlencoded are not a format); by the first bytes of a body. */
 bool gnp_format_by_name(const char *name, enum gnp_format *format);
 bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format);

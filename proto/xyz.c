@@ -1,4 +1,4 @@
-/* XYZ, TXT, CSV, PTS: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
+/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
  * names x, y and z names the columns; without one the first three are the point and, of exactly six, the rest the normal. */
 #include <ctype.h>
 #include <math.h>
@@ -225,7 +225,7 @@ gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	return status;
 }
 
-static gnp_status write_row(const struct gnp_row_item *items, size_t count, size_t row, size_t rows,
+static gnp_status write_row(const struct gnp_row_item *items, size_t count, size_t row, size_t rows, char separator,
                             struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_reserve(buffer, count * (GNP_NUMBER_LENGTH_MAX + 1), error);
@@ -237,10 +237,25 @@ static gnp_status write_row(const struct gnp_row_item *items, size_t count, size
 		size_t width = tensor->size / rows / gnp_datatype_size(tensor->datatype);
 		double value = gnp_tensor_get(tensor, row * width + items[i].item);
 		p += tensor->datatype == GNP_FP32 ? gnp_number_write_float(p, (float)value) : gnp_number_write_double(p, value);
-		*p++ = i + 1 < count ? ' ' : '\n';
+		*p++ = i + 1 < count ? separator : '\n';
 	}
 	buffer->size = (size_t)(p - (char *)buffer->data);
 	return GNP_OK;
+}
+
+/* A heading, which begins with `lead`, and the rows. */
+static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
+{
+	size_t rows = items[0].tensor->shape[0];
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s%s", lead, items[0].name);
+	for (size_t i = 1; i < count && status == GNP_OK; i++)
+		status = gnp_buffer_printf(buffer, error, "%c%s", separator, items[i].name);
+	if (status == GNP_OK)
+		status = gnp_buffer_append(buffer, "\n", 1, error);
+	for (size_t row = 0; row < rows && status == GNP_OK; row++)
+		status = write_row(items, count, row, rows, separator, buffer, error);
+	return status;
 }
 
 gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
@@ -252,13 +267,22 @@ gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	if (status != GNP_OK)
 		return status;
 	status = gnp_write_comments(comments, "# ", buffer, error);
-	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "%s%s", i ? " " : "# ", items[i].name);
 	if (status == GNP_OK)
-		status = gnp_buffer_append(buffer, "\n", 1, error);
-	size_t rows = items[0].tensor->shape[0];
-	for (size_t row = 0; row < rows && status == GNP_OK; row++)
-		status = write_row(items, count, row, rows, buffer, error);
+		status = write_table(items, count, "# ", ' ', buffer, error);
+	free(items);
+	return status;
+}
+
+gnp_status gnp_csv_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error)
+{
+	struct gnp_row_item *items;
+	size_t count;
+	(void)comments; /* the format has no place for them */
+	gnp_status status = gnp_row_items(tensors, "csv", "", false, &items, &count, error);
+	if (status != GNP_OK)
+		return status;
+	status = write_table(items, count, "", ',', buffer, error);
 	free(items);
 	return status;
 }

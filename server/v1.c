@@ -21,7 +21,7 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 			continue;
 		if (!gnp_format_by_name(value->string, format))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, pcd, obj, vtk, mtx, json", value->string);
+			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, csv, pcd, obj, vtk, mtx, json", value->string);
 		free(value->name);
 		free(value->string);
 		*value = values->items[--values->count];

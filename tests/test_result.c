@@ -117,6 +117,7 @@ static void every_type_survives_every_format(void)
 		{GNP_FORMAT_JSON, GNP_BOOL, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
 		{GNP_FORMAT_PLY, GNP_UINT8, GNP_INT32, GNP_FP64, GNP_INT32, GNP_FP64},
 		{GNP_FORMAT_XYZ, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
+		{GNP_FORMAT_CSV, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
 		struct gnp_response response = {0};

@@ -181,8 +181,12 @@ static char *encode(enum gnp_format format, const struct gnp_tensors *tensors, s
 static void xyz_and_json_are_written_and_read_back(void)
 {
 	struct gnp_tensors tensors = {0}, back = {0};
-	struct gnp_buffer xyz = {0}, json = {0};
+	struct gnp_buffer xyz = {0}, csv = {0}, json = {0};
 	make_tensors(&tensors);
+	CHECK_STRING(encode(GNP_FORMAT_CSV, &tensors, &csv), "x,y,z,nx,ny,nz,metric_0,metric_1,metric_2,metric_3\n"
+	                                                     "1,2,3,0,0,1,0.1,0.2,0.3,0.4\n4,5,6,0,0,1,0.5,0.6,0.7,1e-20\n");
+	check_points(GNP_FORMAT_CSV, (char *)csv.data, csv.size, true);
+	gnp_buffer_clear(&csv);
 	CHECK_STRING(encode(GNP_FORMAT_XYZ, &tensors, &xyz), "# k 30\n# x y z nx ny nz metric_0 metric_1 metric_2 metric_3\n"
 	                                                     "1 2 3 0 0 1 0.1 0.2 0.3 0.4\n4 5 6 0 0 1 0.5 0.6 0.7 1e-20\n");
 	check_points(GNP_FORMAT_XYZ, (char *)xyz.data, xyz.size, true);
@@ -315,7 +319,7 @@ static void formats_are_told_apart(void)
 	CHECK(!gnp_format_by_magic((const unsigned char *)"", 0, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"\x7f" "ELF", 4, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"nano 1 2", 8, &format));
-	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_XYZ);
+	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_CSV);
 	CHECK(!gnp_format_by_name("stl", &format));
 	CHECK(gnp_format_by_media_type("Model/PLY; charset=x", &format) && format == GNP_FORMAT_PLY);
 	CHECK(!gnp_format_by_media_type("application/octet-stream", &format));
@@ -347,10 +351,13 @@ static void accept_headers(void)
 		{"application/*", "application/ply", GNP_FORMAT_XYZ, GNP_FORMAT_PLY, false},
 		{"image/*", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
 		{"*/*, application/ply;q=0", "application/x-npy", GNP_FORMAT_PLY, GNP_FORMAT_NPY, false},
-		{"text/*, text/plain;q=0", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"text/*, text/plain;q=0", "text/csv", GNP_FORMAT_PLY, GNP_FORMAT_CSV, true},
+		{"text/*, text/plain;q=0, text/csv;q=0.000", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
 		{"*/*, application/zip;q=0", "application/ply", GNP_FORMAT_PLY, GNP_FORMAT_PLY, true}, /* NPZ may not take its place */
 		/* the type that was asked for */
-		{"text/csv", "text/csv", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
+		{"text/csv", "text/csv", GNP_FORMAT_PLY, GNP_FORMAT_CSV, true},
+		{"text/tab-separated-values", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false}, /* what is written has blanks */
+		{"text/x-xyz", "text/x-xyz", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
 		{"application/zip", "application/zip", GNP_FORMAT_PLY, GNP_FORMAT_NPZ, true},
 		{"application/octet-stream", "application/octet-stream", GNP_FORMAT_XYZ, GNP_FORMAT_XYZ, false},
 		/* q */

@@ -80,7 +80,10 @@ def test_accept_is_answered_in_its_own_words(server):
     assert answered("text/*") == "text/plain"
     assert answered("application/*") == "application/ply"
     assert answered("application/*", xyz(CLOUD)) == "application/ply"
-    assert answered("text/csv") == "text/csv"
+    assert answered("text/csv") == "text/csv" and answered("*/*", xyz(CLOUD)) == "text/plain"
+    table = server.post("/v1/estimate?quantities=normals&" + FAST, xyz(CLOUD).replace(b" ", b","), {"Content-Type": "text/csv"})
+    assert content_type(table) == "text/csv" and table.text.startswith("x,y,z,nx,ny,nz\n"), table.text[:100]
+    assert all(line.count(",") == 5 for line in table.text.splitlines())
     assert answered("application/octet-stream") == "application/octet-stream"
     assert answered("application/octet-stream", npy(CLOUD)) == "application/octet-stream"
     assert answered("application/json;q=2, */*;q=0.1") == "application/ply"
