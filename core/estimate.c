@@ -71,7 +71,7 @@ static gnp_status check_range(const char *name, int value, int low, int high, st
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %d, need %d..%d", name, value, low, high);
 }
 
-static gnp_status check_options(const struct gnp_estimate_options *options, struct gnp_error *error)
+gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct gnp_error *error)
 {
 	const struct {
 		const char *name;
@@ -398,7 +398,7 @@ static gnp_status estimate_cloud(const struct gnp_cloud *cloud, const struct gnp
                                  const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
                                  struct gnp_estimate *out, struct gnp_error *error)
 {
-	gnp_status status = check_options(options, error);
+	gnp_status status = gnp_estimate_check(options, error);
 	if (status == GNP_OK)
 		status = gnp_cloud_check(cloud, (size_t)options->k, error);
 	if (status == GNP_OK && choice->at)
@@ -420,7 +420,7 @@ gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const stru
                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                                  struct gnp_error *error)
 {
-	gnp_status status = check_options(options, error);
+	gnp_status status = gnp_estimate_check(options, error);
 	if (status == GNP_OK && prepared->count < (size_t)options->k)
 		status = gnp_error_set(error, GNP_DEGENERATE, "points: got %zu, need at least %d, a neighbourhood", prepared->count,
 		                       options->k);

@@ -40,6 +40,9 @@ struct gnp_estimate {
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 
+/* Whether options are in their ranges and go together; gnp_estimate_run and the others check it themselves. */
+gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct gnp_error *error);
+
 /* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
  * On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,

@@ -252,14 +252,28 @@ static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t c
 }
 
 /* A shift of the size of the first eigenvalue: that of a sphere of the cloud's extent, which scales as the spectrum does. */
-static double choose_shift(const struct gnp_cloud *cloud)
+static gnp_status choose_shift(const struct gnp_cloud *cloud, double *shift, struct gnp_error *error)
 {
 	double mean[3] = {0}, square = 0;
 	for (size_t i = 0; i < 3 * cloud->count; i++)
 		mean[i % 3] += cloud->points[i] / (double)cloud->count;
 	for (size_t i = 0; i < 3 * cloud->count; i++)
 		square += (cloud->points[i] - mean[i % 3]) * (cloud->points[i] - mean[i % 3]) / (double)cloud->count;
-	return 1 / square;
+	if (isinf(1 / square))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: the mean square of their distance from their middle is %.3g, which has no "
+		                     "inverse in double precision: scale them up", square);
+	*shift = 1 / square;
+	return GNP_OK;
+}
+
+gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *error)
+{
+	if (count < 1 || count > COUNT_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%d", count, COUNT_MAX);
+	if (points < 4 * count + 96)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, 4 count + 96 where count is %zu", points,
+		                     4 * count + 96, count);
+	return GNP_OK;
 }
 
 gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count, double tolerance,
@@ -267,15 +281,17 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 {
 	struct gnp_poisson_options screened = *options;
 	struct gnp_poisson *poisson = NULL;
-	if (count < 1 || count > COUNT_MAX || 4 * count + 96 > cloud->count)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%d and 4 count + 96 points", count, COUNT_MAX);
+	gnp_status status = gnp_spectrum_check(count, cloud->count, error);
+	if (status != GNP_OK)
+		return status;
 	if (!(tolerance >= 1e-12 && tolerance <= 0.1))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tolerance: got %g, need 1e-12..0.1", tolerance);
-	gnp_status status = gnp_cloud_check(cloud, 12, error);
+	status = gnp_cloud_check(cloud, 12, error);
+	if (status == GNP_OK)
+		status = choose_shift(cloud, &screened.screening, error);
 	if (status != GNP_OK)
 		return status;
 	screened.fixed = NULL;
-	screened.screening = choose_shift(cloud);
 	status = gnp_poisson_prepare(cloud, &screened, pool, task, &poisson, error);
 	if (status == GNP_OK)
 		status = find(poisson, screened.screening, count, tolerance, pool, task, out, error);

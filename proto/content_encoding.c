@@ -1,6 +1,7 @@
 #include "content_encoding.h"
 
 #include <stdbool.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 #include <zlib.h>
@@ -20,16 +21,20 @@ static unsigned int bounded(size_t size)
 	return size < 1u << 30 ? (unsigned int)size : 1u << 30;
 }
 
-/* Room for more output, never past max_size; false when max_size is reached. */
+/* Room for more output: twice as much, never past max_size. *full: max_size is reached. */
 static gnp_status make_room(struct gnp_buffer *buffer, size_t max_size, bool *full, struct gnp_error *error)
 {
 	*full = buffer->size >= max_size;
 	if (*full || buffer->size < buffer->capacity)
 		return GNP_OK;
-	size_t more = buffer->capacity ? buffer->capacity : 65536;
-	if (more > max_size - buffer->size)
-		more = max_size - buffer->size;
-	return gnp_buffer_reserve(buffer, more, error);
+	size_t capacity = buffer->capacity ? buffer->capacity : 32768;
+	capacity = capacity < max_size / 2 ? 2 * capacity : max_size;
+	unsigned char *data = realloc(buffer->data, capacity);
+	if (!data)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "body: no memory for %zu bytes", capacity);
+	buffer->data = data;
+	buffer->capacity = capacity;
+	return GNP_OK;
 }
 
 /* A gzip body may be several members one after another, as parallel compressors and `cat` make them. */
@@ -51,8 +56,6 @@ static gnp_status inflate_all(z_stream *stream, int window, const unsigned char 
 		if (status != GNP_OK)
 			return status;
 		size_t room = full ? 1 : buffer->capacity - buffer->size;
-		if (!full && room > max_size - buffer->size)
-			room = max_size - buffer->size;
 		unsigned char *target = full ? &beyond : buffer->data + buffer->size;
 		stream->next_out = target;
 		stream->avail_out = bounded(room);

@@ -18,29 +18,34 @@ static const struct {
 
 static const gnp_decode_fn decoders[GNP_FORMAT_COUNT] = {
 	[GNP_FORMAT_PLY] = gnp_ply_decode, [GNP_FORMAT_NPY] = gnp_npy_decode, [GNP_FORMAT_NPZ] = gnp_npz_decode,
-	[GNP_FORMAT_XYZ] = gnp_xyz_decode, [GNP_FORMAT_PCD] = gnp_pcd_decode, [GNP_FORMAT_OBJ] = gnp_obj_decode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_decode, [GNP_FORMAT_CSV] = gnp_xyz_decode, [GNP_FORMAT_PCD] = gnp_pcd_decode, [GNP_FORMAT_OBJ] = gnp_obj_decode,
 	[GNP_FORMAT_JSON] = gnp_json_file_decode,
 };
 
 static const gnp_encode_fn encoders[GNP_FORMAT_COUNT] = {
 	[GNP_FORMAT_PLY] = gnp_ply_encode, [GNP_FORMAT_NPY] = gnp_npy_encode, [GNP_FORMAT_NPZ] = gnp_npz_encode,
-	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_MTX] = gnp_mtx_encode,
+	[GNP_FORMAT_XYZ] = gnp_xyz_encode, [GNP_FORMAT_CSV] = gnp_csv_encode, [GNP_FORMAT_VTK] = gnp_vtk_encode, [GNP_FORMAT_MTX] = gnp_mtx_encode,
 	[GNP_FORMAT_JSON] = gnp_json_file_encode,
 };
+
+/* Read like any table, but not written: that has blanks. */
+static const char tabs_media_type[] = "text/tab-separated-values";
 
 /* Other names and media types in use. */
 static const struct {
 	const char *name;
 	enum gnp_format format;
 } name_synonyms[] = {
-	{"txt", GNP_FORMAT_XYZ}, {"csv", GNP_FORMAT_XYZ}, {"pts", GNP_FORMAT_XYZ}, {"asc", GNP_FORMAT_XYZ}, {"xyzn", GNP_FORMAT_XYZ},
+	{"txt", GNP_FORMAT_XYZ}, {"pts", GNP_FORMAT_XYZ}, {"asc", GNP_FORMAT_XYZ}, {"xyzn", GNP_FORMAT_XYZ},
 }, media_synonyms[] = {
 	{"model/ply", GNP_FORMAT_PLY},           {"application/x-ply", GNP_FORMAT_PLY}, {"application/npy", GNP_FORMAT_NPY},
-	{"application/npz", GNP_FORMAT_NPZ},     {"application/zip", GNP_FORMAT_NPZ},   {"text/csv", GNP_FORMAT_XYZ},
-	{"text/x-xyz", GNP_FORMAT_XYZ},          {"text/tab-separated-values", GNP_FORMAT_XYZ}, {"application/pcd", GNP_FORMAT_PCD},
+	{"application/npz", GNP_FORMAT_NPZ},     {"application/zip", GNP_FORMAT_NPZ},   {"text/x-xyz", GNP_FORMAT_XYZ},
+	{tabs_media_type, GNP_FORMAT_XYZ},       {"application/pcd", GNP_FORMAT_PCD},
 	{"application/vnd.pcd", GNP_FORMAT_PCD}, {"text/x-obj", GNP_FORMAT_OBJ},        {"application/vtk", GNP_FORMAT_VTK},
 	{"text/json", GNP_FORMAT_JSON},
 };
+
+static const char generic_media_type[] = "application/octet-stream";
 
 #define LENGTH(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -51,7 +56,7 @@ const char *gnp_format_name(enum gnp_format format)
 
 const char *gnp_format_media_type(enum gnp_format format)
 {
-	return format < GNP_FORMAT_COUNT ? formats[format].media_type : "application/octet-stream";
+	return format < GNP_FORMAT_COUNT ? formats[format].media_type : generic_media_type;
 }
 
 bool gnp_format_readable(enum gnp_format format)
@@ -91,17 +96,20 @@ static bool same_word(const char *word, size_t length, const char *known)
 	return strlen(known) == length && strncasecmp(word, known, length) == 0;
 }
 
-static bool find_media_type(const char *type, size_t length, enum gnp_format *format)
+/* *known: the type as the tables spell it. */
+static bool find_media_type(const char *type, size_t length, enum gnp_format *format, const char **known)
 {
 	for (int i = 0; i < GNP_FORMAT_COUNT; i++) {
 		if (same_word(type, length, formats[i].media_type)) {
 			*format = (enum gnp_format)i;
+			*known = formats[i].media_type;
 			return true;
 		}
 	}
 	for (size_t i = 0; i < LENGTH(media_synonyms); i++) {
 		if (same_word(type, length, media_synonyms[i].name)) {
 			*format = media_synonyms[i].format;
+			*known = media_synonyms[i].name;
 			return true;
 		}
 	}
@@ -110,8 +118,9 @@ static bool find_media_type(const char *type, size_t length, enum gnp_format *fo
 
 bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format)
 {
+	const char *known;
 	media_type += strspn(media_type, " \t");
-	return find_media_type(media_type, strcspn(media_type, "; \t"), format);
+	return find_media_type(media_type, strcspn(media_type, "; \t"), format, &known);
 }
 
 static const char *skip_blank(const char *p, const char *end)
@@ -137,6 +146,19 @@ static const char *skip_comments(const char *p, const char *end)
 	return p;
 }
 
+/* A row that begins with nan or inf is a row of numbers, whose fault the decoder tells. */
+static bool is_no_number(const char *p, const char *end)
+{
+	static const char *const words[] = {"nan", "inf", "infinity"};
+	const char *after = p;
+	while (after < end && isalpha((unsigned char)*after))
+		after++;
+	for (size_t i = 0; i < LENGTH(words); i++)
+		if (after < end && strchr(" \t,;", *after) && same_word(p, (size_t)(after - p), words[i]))
+			return true;
+	return false;
+}
+
 bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format)
 {
 	const char *p = (const char *)data, *end = p + (size < 65536 ? size : 65536);
@@ -156,56 +178,131 @@ bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format
 	else if (begins(first, end, "v ") || begins(first, end, "vn ") || begins(first, end, "o ") ||
 	         begins(first, end, "g ") || begins(first, end, "mtllib "))
 		*format = GNP_FORMAT_OBJ;
-	else if (first < end && (isdigit((unsigned char)*first) || strchr("+-.", *first)) && *first)
+	else if (first < end && (isdigit((unsigned char)*first) || (*first && strchr("+-.", *first)) || is_no_number(first, end)))
 		*format = GNP_FORMAT_XYZ;
 	else
 		return false;
 	return true;
 }
 
-/* q of one Accept entry, 1 when it has none. */
-static double accept_quality(const char *entry, size_t length)
+/* ---- Accept ---- */
+
+/* One entry of the header: a type or a range, and its q. */
+struct entry {
+	const char *type;
+	size_t length;
+	double quality; /* 0: not to be had */
+};
+
+/* 0 to 1 with at most three decimals. */
+static bool read_quality(const char *p, size_t length, double *quality)
 {
-	for (const char *p = entry; p + 2 < entry + length; p++) {
-		if (*p != ';')
-			continue;
-		const char *q = p + 1 + strspn(p + 1, " \t");
-		if ((*q == 'q' || *q == 'Q') && q[1] == '=') {
-			double value = 0, unit = 1;
-			for (q += 2; isdigit((unsigned char)*q) || *q == '.'; q++) {
-				if (*q == '.')
-					continue;
-				value += unit * (*q - '0');
-				unit /= 10;
-			}
-			return value;
-		}
+	double value = *p - '0', unit = 0.1;
+	if (length < 1 || length > 5 || (*p != '0' && *p != '1') || (length > 1 && p[1] != '.'))
+		return false;
+	for (size_t i = 2; i < length; i++, unit /= 10) {
+		if (!isdigit((unsigned char)p[i]))
+			return false;
+		value += unit * (p[i] - '0');
 	}
-	return 1;
+	*quality = value;
+	return value <= 1;
 }
 
-bool gnp_format_by_accept(const char *accept, enum gnp_format *format)
+/* q of the parameters that follow a type, 1 when there is none; false when it is malformed. */
+static bool find_quality(const char *p, const char *end, double *quality)
 {
-	double best = 0;
-	enum gnp_format found = *format;
-	while (*accept) {
-		accept += strspn(accept, " \t,");
-		size_t entry = strcspn(accept, ","), type = strcspn(accept, ",; \t");
-		double quality = accept_quality(accept, entry);
-		enum gnp_format candidate = *format;
-		bool wildcard = same_word(accept, type, "*/*") || same_word(accept, type, "application/*") ||
-		                same_word(accept, type, "application/octet-stream");
-		bool known = wildcard || (find_media_type(accept, type, &candidate) && formats[candidate].writable);
-		if (known && quality > best) {
-			best = quality;
-			found = candidate;
-		}
-		accept += entry;
+	*quality = 1;
+	while (p < end) {
+		p += strspn(p, "; \t");
+		size_t length = strcspn(p, "; \t,");
+		if (length > 1 && (*p == 'q' || *p == 'Q') && p[1] == '=')
+			return read_quality(p + 2, length - 2, quality);
+		p += length + (p + length < end && length == 0);
 	}
-	if (best <= 0)
-		return false;
-	*format = found;
 	return true;
+}
+
+/* The next entry whose q is well-formed; false at the end. */
+static bool next_entry(const char **accept, struct entry *entry)
+{
+	while (**accept) {
+		*accept += strspn(*accept, " \t,");
+		const char *end = *accept + strcspn(*accept, ",");
+		entry->type = *accept;
+		entry->length = strcspn(*accept, ",; \t");
+		*accept = end;
+		if (entry->length && find_quality(entry->type + entry->length, end, &entry->quality))
+			return true;
+	}
+	return false;
+}
+
+static bool is_entry(const struct entry *entry, const char *text)
+{
+	return same_word(entry->type, entry->length, text);
+}
+
+/* Whether an entry is a range that covers a media type. */
+static bool covers(const struct entry *entry, const char *media_type)
+{
+	if (is_entry(entry, "*/*") || is_entry(entry, generic_media_type))
+		return true;
+	size_t stem = entry->length ? entry->length - 1 : 0;
+	return stem > 1 && entry->type[stem] == '*' && entry->type[stem - 1] == '/' && strncasecmp(entry->type, media_type, stem) == 0;
+}
+
+/* Whether the header names a format with q=0. */
+static bool is_refused(const char *accept, enum gnp_format format)
+{
+	struct entry entry;
+	const char *media_type;
+	enum gnp_format named;
+	while (next_entry(&accept, &entry))
+		if (entry.quality == 0 && find_media_type(entry.type, entry.length, &named, &media_type) && named == format)
+			return true;
+	return false;
+}
+
+/* What an entry makes of the choice; false when there is nothing of its kind that can be written. */
+static bool choose(const struct entry *entry, const char *accept, struct gnp_format_choice *choice)
+{
+	enum gnp_format named;
+	if (find_media_type(entry->type, entry->length, &named, &choice->media_type)) {
+		choice->format = named;
+		choice->asked = true;
+		return formats[named].writable && choice->media_type != tabs_media_type;
+	}
+	bool bytes = is_entry(entry, generic_media_type), found = false;
+	if (!covers(entry, formats[choice->format].media_type) || is_refused(accept, choice->format)) {
+		for (int i = 0; i < GNP_FORMAT_COUNT && !found; i++) {
+			found = formats[i].writable && covers(entry, formats[i].media_type) && !is_refused(accept, (enum gnp_format)i);
+			choice->format = found ? (enum gnp_format)i : choice->format;
+		}
+		if (!found)
+			return false;
+		choice->asked = false;
+	}
+	if (!covers(entry, formats[GNP_FORMAT_NPZ].media_type) || is_refused(accept, GNP_FORMAT_NPZ))
+		choice->asked = true; /* what would take its place is not acceptable */
+	choice->media_type = bytes ? generic_media_type : formats[choice->format].media_type;
+	return true;
+}
+
+bool gnp_format_by_accept(const char *accept, struct gnp_format_choice *choice)
+{
+	struct gnp_format_choice best = *choice;
+	struct entry entry;
+	double quality = 0;
+	for (const char *rest = accept; next_entry(&rest, &entry);) {
+		struct gnp_format_choice candidate = *choice;
+		if (entry.quality > quality && choose(&entry, accept, &candidate)) {
+			quality = entry.quality;
+			best = candidate;
+		}
+	}
+	*choice = best;
+	return quality > 0;
 }
 
 static gnp_status take_all(struct gnp_tensors *from, struct gnp_tensors *to, struct gnp_error *error)
@@ -243,7 +340,7 @@ static gnp_status decode(enum gnp_format format, const struct gnp_decode *reques
 {
 	if (!gnp_format_readable(format))
 		return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA, "format %s cannot be read", gnp_format_name(format));
-	struct gnp_tensors made = {0};
+	struct gnp_tensors made = {.budget = tensors->budget};
 	gnp_status status = decoders[format](request, &made, error);
 	if (status == GNP_OK) {
 		give_columns(request, &made);

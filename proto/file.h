@@ -15,6 +15,7 @@
 	X(GNP_FORMAT_NPY, "npy", "application/x-npy", "npy", true, true, false)               \
 	X(GNP_FORMAT_NPZ, "npz", "application/x-npz", "npz", true, true, false)               \
 	X(GNP_FORMAT_XYZ, "xyz", "text/plain", "xyz", true, true, true)                       \
+	X(GNP_FORMAT_CSV, "csv", "text/csv", "csv", true, true, true)                         \
 	X(GNP_FORMAT_PCD, "pcd", "application/x-pcd", "pcd", true, false, true)               \
 	X(GNP_FORMAT_OBJ, "obj", "model/obj", "obj", true, false, true)                       \
 	X(GNP_FORMAT_VTK, "vtk", "application/x-vtk", "vtk", false, true, true)               \
@@ -28,19 +29,32 @@ enum gnp_format {
 	GNP_FORMAT_COUNT
 };
 
+/* Most columns of a file made of rows that is written. */
+#define GNP_FORMAT_COLUMNS_MAX 4096
+
 const char *gnp_format_name(enum gnp_format format);
 const char *gnp_format_media_type(enum gnp_format format);
 bool gnp_format_readable(enum gnp_format format);
 bool gnp_format_writable(enum gnp_format format);
 bool gnp_format_of_rows(enum gnp_format format);
 
-/* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/csv, ...; generic ones such as
+/* By name or extension ("ply"); by media type, parameters and synonyms allowed (model/ply, text/x-xyz, ...; generic ones such as
  * application/octet-stream or application/x-www-form-urlencoded are not a format); by the first bytes of a body. */
 bool gnp_format_by_name(const char *name, enum gnp_format *format);
 bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format);
 bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format);
-/* The best writable format for an Accept header; false when none of its types is known (a wildcard gives *format unchanged, true). */
-bool gnp_format_by_accept(const char *accept, enum gnp_format *format);
+/* The format of an answer, and what it is called. */
+struct gnp_format_choice {
+	enum gnp_format format;
+	const char *media_type; /* static */
+	bool asked;             /* the client named it, so that no other may take its place */
+};
+
+/* Changes the choice to what an Accept header (RFC 9110) likes best of what can be written: the type with the highest q, the first of
+ * several. A range, and application/octet-stream, mean the format chosen before where they cover it, else the first they cover; a type
+ * with q=0 is none of a range's. Entries whose q is not 0 to 1 with at most three decimals are passed over. False, and the choice
+ * unchanged, when nothing is left. */
+bool gnp_format_by_accept(const char *accept, struct gnp_format_choice *choice);
 
 /* What is wanted of a file. */
 struct gnp_file_wants {
@@ -48,12 +62,14 @@ struct gnp_file_wants {
 	const struct gnp_tensor_info *inputs; /* those beside points and normals are taken where a column or an array has their name or
 	                                         scalar_ and their name; columns name_0, name_1, ... are one input of rank 2 */
 	size_t input_count;
+	bool strict;                          /* members of JSON that are none of these are refused instead of passed over */
 };
 
 /* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file, and other
  * inputs that are wanted, in the file's type. wants may be NULL: points and normals without a limit.
- * No count in the file is trusted before the body's size. Decoded size is bounded before it is allocated. Binary data may borrow
- * from body. On failure *tensors is unchanged. */
+ * No count in the file is trusted before the body's size. What is decoded is asked of tensors->budget before it is allocated, and what
+ * a decoder needs besides (a table, an archive's entry) while it needs it. Binary data may borrow from body. On failure *tensors is
+ * unchanged, and some of the budget may still be reserved. */
 gnp_status gnp_file_decode(enum gnp_format format, const unsigned char *body, size_t size, const struct gnp_file_wants *wants,
                            struct gnp_tensors *tensors, struct gnp_error *error);
 

@@ -34,6 +34,9 @@ gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_va
                           struct gnp_error *error);
 gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error);
+/* Commas and a plain heading; there is no place for comments. */
+gnp_status gnp_csv_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error);
 gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error);
 gnp_status gnp_mtx_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,

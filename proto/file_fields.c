@@ -288,7 +288,6 @@ static void add_item(struct gnp_row_item *items, size_t *count, const struct gnp
 static gnp_status count_items(const struct gnp_tensors *tensors, const char *format, size_t rows, size_t *most,
                               struct gnp_error *error)
 {
-	enum { COLUMNS_MAX = 4096 };
 	*most = 1;
 	for (size_t i = 0; i < tensors->count; i++) {
 		const struct gnp_tensor *t = &tensors->items[i];
@@ -296,8 +295,8 @@ static gnp_status count_items(const struct gnp_tensors *tensors, const char *for
 			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: \"%s\" has %zu rows, need %zu as points has: ask for npz",
 			                     format, t->name, t->rank ? t->shape[0] : 0, rows);
 		*most += rows ? row_width(t) : 0;
-		if (*most > COLUMNS_MAX)
-			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", format, COLUMNS_MAX);
+		if (*most > GNP_FORMAT_COLUMNS_MAX)
+			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", format, GNP_FORMAT_COLUMNS_MAX);
 	}
 	return GNP_OK;
 }

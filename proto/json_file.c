@@ -1,4 +1,5 @@
 /* JSON as a file: {"points": [[x, y, z], ...], "normals": [...], ...} in, {"name": nested arrays, ...} out. */
+#include <stdio.h>
 #include <string.h>
 
 #include "file_codec.h"
@@ -14,12 +15,17 @@ static enum gnp_datatype item_type(const struct gnp_json_span *span)
 	return skip < span->size && (span->text[skip] == 't' || span->text[skip] == 'f') ? GNP_BOOL : GNP_FP64;
 }
 
+static bool is_vector(const char *name)
+{
+	return strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
+}
+
 static gnp_status add_array(const struct gnp_decode *decode, const char *name, const struct gnp_json_span *span,
                             struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	size_t shape[GNP_TENSOR_RANK_MAX] = {0};
 	unsigned rank;
-	bool vector = strcmp(name, "points") == 0 || strcmp(name, "normals") == 0;
+	bool vector = is_vector(name);
 	gnp_status status = gnp_json_numbers_shape(span->text, span->size, name, &rank, shape, error);
 	if (status != GNP_OK)
 		return status;
@@ -36,10 +42,23 @@ static gnp_status add_array(const struct gnp_decode *decode, const char *name, c
 	return gnp_json_numbers_read(span->text, span->size, name, vector ? GNP_FP64 : item_type(span), rank, shape, tensors, error);
 }
 
+/* A member that is no input: who sends one takes it for something that has an effect. */
+static gnp_status unknown_member(const struct gnp_decode *decode, const char *key, struct gnp_error *error)
+{
+	char list[256] = "points, normals";
+	for (size_t i = 0; i < decode->wants.input_count; i++) {
+		const char *name = decode->wants.inputs[i].name;
+		size_t length = strlen(list);
+		if (!is_vector(name))
+			snprintf(list + length, sizeof list - length, ", %s", name);
+	}
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: unknown member \"%.60s\", known: %s; parameters go into the query", key, list);
+}
+
 gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_json_document document = {0};
-	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, &document, error);
+	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, tensors->budget, &document, error);
 	if (status != GNP_OK)
 		return status;
 	const char *key;
@@ -47,9 +66,14 @@ gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tens
 	json_object_foreach(document.root, key, value) {
 		const struct gnp_json_span *span = gnp_json_member_span(&document, value);
 		const struct gnp_tensor_info *input = gnp_decode_input(decode, key);
-		bool wanted = decode->all || input || strcmp(key, "points") == 0 || strcmp(key, "normals") == 0;
+		bool wanted = decode->all || input || is_vector(key);
 		if (span && wanted)
 			status = add_array(decode, input ? input->name : key, span, tensors, error);
+		else if (wanted && !decode->all)
+			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: need \"%s\": an array of %s", key,
+			                       is_vector(key) ? "[x, y, z]" : "numbers");
+		else if (decode->wants.strict)
+			status = unknown_member(decode, key, error);
 		if (status != GNP_OK)
 			break;
 	}

@@ -59,6 +59,11 @@ void gnp_json_memory_init(void)
 	installed = true;
 }
 
+size_t gnp_json_memory_size(size_t size)
+{
+	return BYTES_FOR_ALL + BYTES_A_CHARACTER * size;
+}
+
 json_t *gnp_json_memory_load(const char *text, size_t size, void **memory, bool *exhausted, json_error_t *reason)
 {
 	struct arena *arena = NULL;
@@ -66,7 +71,7 @@ json_t *gnp_json_memory_load(const char *text, size_t size, void **memory, bool 
 	*memory = NULL;
 	*exhausted = false;
 	if (installed) {
-		size_t bytes = BYTES_FOR_ALL + BYTES_A_CHARACTER * size;
+		size_t bytes = gnp_json_memory_size(size);
 		arena = malloc(sizeof *arena + bytes);
 		*exhausted = !arena;
 		if (!arena)

@@ -11,6 +11,9 @@
  * the function below takes jansson's memory as it comes. */
 void gnp_json_memory_init(void);
 
+/* Bytes that a text of `size` may need. */
+size_t gnp_json_memory_size(size_t size);
+
 /* json_loadb, duplicates refused. *memory: what the tree lives in, for free() after the tree. NULL for a bad text, with *reason filled;
  * *exhausted: for want of memory. */
 json_t *gnp_json_memory_load(const char *text, size_t size, void **memory, bool *exhausted, json_error_t *reason);

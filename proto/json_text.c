@@ -25,7 +25,7 @@ struct cutter {
 	struct gnp_error *error;
 };
 
-static const char *skip_string(const char *p, const char *end)
+const char *gnp_json_skip_string(const char *p, const char *end)
 {
 	for (p++; p < end && *p != '"'; p++)
 		p += *p == '\\' && p + 1 < end;
@@ -44,7 +44,7 @@ static gnp_status skip_array(const char *p, const char *end, unsigned depth, con
 	while (p < end) {
 		char c = *p;
 		if (c == '"') {
-			p = skip_string(p, end);
+			p = gnp_json_skip_string(p, end);
 			continue;
 		}
 		if ((c == '[' || c == '{') && depth + ++inner > DEPTH_MAX)
@@ -95,7 +95,7 @@ static gnp_status cut_step(struct cutter *c)
 {
 	const char *start = c->p;
 	if (*start == '"') {
-		c->p = skip_string(start, c->end);
+		c->p = gnp_json_skip_string(start, c->end);
 		size_t length = (size_t)(c->p - start);
 		c->matched = c->depth == c->target &&
 		             (!c->key || (length == c->key_length + 2 && memcmp(start + 1, c->key, c->key_length) == 0));
@@ -116,37 +116,49 @@ static gnp_status cut_step(struct cutter *c)
 	return copy(c, start, 1);
 }
 
-gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key, struct gnp_json_document *out,
-                          struct gnp_error *error)
+/* The structure of the envelope, and what is reserved for it. On failure *out is unchanged and nothing stays reserved. */
+static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budget *budget, struct gnp_json_document *out,
+                       struct gnp_error *error)
+{
+	if (envelope->size == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: the text is empty");
+	size_t bytes = gnp_json_memory_size(envelope->size);
+	gnp_status status = gnp_budget_reserve(budget, bytes, error);
+	if (status != GNP_OK)
+		return status;
+	json_error_t reason;
+	void *memory;
+	bool exhausted;
+	json_t *root = gnp_json_memory_load((const char *)envelope->data, envelope->size, &memory, &exhausted, &reason);
+	if (root && json_is_object(root)) {
+		*out = (struct gnp_json_document){.root = root, .memory = memory, .budget = budget, .reserved = bytes};
+		return GNP_OK;
+	}
+	if (exhausted)
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", envelope->size);
+	else
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
+	json_decref(root);
+	free(memory);
+	gnp_budget_release(budget, bytes);
+	return status;
+}
+
+gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key, const struct gnp_budget *budget,
+                          struct gnp_json_document *out, struct gnp_error *error)
 {
 	struct cutter c = {.p = text, .end = text + size, .target = depth, .key = key, .key_length = key ? strlen(key) : 0,
 	                   .error = error};
 	gnp_status status = GNP_OK;
 	while (c.p < c.end && status == GNP_OK)
 		status = cut_step(&c);
-	if (status != GNP_OK)
-		goto done;
-	if (c.envelope.size == 0) {
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: the text is empty");
-		goto done;
+	if (status == GNP_OK)
+		status = load(&c.envelope, budget, out, error);
+	if (status == GNP_OK) {
+		out->spans = c.spans;
+		out->count = c.count;
+		c.spans = NULL;
 	}
-	json_error_t reason;
-	void *memory;
-	bool exhausted;
-	json_t *root = gnp_json_memory_load((const char *)c.envelope.data, c.envelope.size, &memory, &exhausted, &reason);
-	if (exhausted) {
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", c.envelope.size);
-		goto done;
-	}
-	if (!root || !json_is_object(root)) {
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
-		json_decref(root);
-		free(memory);
-		goto done;
-	}
-	*out = (struct gnp_json_document){root, memory, c.spans, c.count};
-	c.spans = NULL;
-done:
 	free(c.spans);
 	gnp_buffer_clear(&c.envelope);
 	return status;
@@ -157,6 +169,7 @@ void gnp_json_clear(struct gnp_json_document *document)
 	json_decref(document->root);
 	free(document->memory);
 	free(document->spans);
+	gnp_budget_release(document->budget, document->reserved);
 	*document = (struct gnp_json_document){0};
 }
 

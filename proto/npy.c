@@ -166,8 +166,10 @@ gnp_status gnp_npy_add(const struct gnp_npy *npy, const char *name, unsigned cha
 		status = gnp_tensors_add_data(tensors, name, npy->datatype, npy->rank, npy->shape, data, take, NULL, error);
 	else
 		status = add_copy(npy, name, data, tensors, error);
-	if (take && (!usable || status != GNP_OK))
+	if (take && (!usable || status != GNP_OK)) {
 		free(data);
+		gnp_budget_release(tensors->budget, npy->bytes);
+	}
 	return status;
 }
 
@@ -186,22 +188,41 @@ static gnp_status add_vectors(const struct gnp_tensor *source, const char *name,
 	return status;
 }
 
+static bool is_points(const char *name)
+{
+	return strcmp(name, "points") == 0;
+}
+
+gnp_status gnp_npy_check_vectors(const struct gnp_npy *npy, const char *name, struct gnp_error *error)
+{
+	bool both = is_points(name) && npy->rank == 2 && npy->shape[1] == 6;
+	if (npy->rank != 2 || (npy->shape[1] != 3 && !both))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u with %zu columns, need (n,3)%s", name, npy->rank,
+		                     npy->rank > 1 ? npy->shape[1] : 1, is_points(name) ? " or (n,6) with normals" : "");
+	return GNP_OK;
+}
+
+gnp_status gnp_npy_check_input(const struct gnp_npy *npy, const struct gnp_tensor_info *input, struct gnp_error *error)
+{
+	if (npy->rank == input->rank || (npy->rank == 1 && input->rank == 2))
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u, need rank %u", input->name, npy->rank, input->rank);
+}
+
 gnp_status gnp_npy_split_vectors(struct gnp_tensors *tensors, const char *name, struct gnp_error *error)
 {
 	struct gnp_tensor source = tensors->items[tensors->count - 1];
-	bool both = strcmp(name, "points") == 0 && source.rank == 2 && source.shape[1] == 6;
-	if (source.rank != 2 || (source.shape[1] != 3 && !both))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u with %zu columns, need (n,3)%s", name,
-		                     source.rank, source.rank > 1 ? source.shape[1] : 1,
-		                     strcmp(name, "points") == 0 ? " or (n,6) with normals" : "");
+	bool both = source.shape[1] == 6;
 	if (!both && (source.datatype == GNP_FP32 || source.datatype == GNP_FP64))
 		return GNP_OK;
 	tensors->count--;
 	gnp_status status = add_vectors(&source, name, 0, tensors, error);
 	if (status == GNP_OK && both)
 		status = add_vectors(&source, "normals", 3, tensors, error);
-	if (source.owned)
+	if (source.owned) {
 		free(source.data);
+		gnp_budget_release(tensors->budget, source.size);
+	}
 	return status;
 }
 
@@ -214,7 +235,10 @@ gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	size_t left = decode->size - npy.header;
 	if (npy.bytes != left)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: the shape needs %zu bytes, the file has %zu", npy.bytes, left);
-	status = gnp_decode_check_points(decode, npy.rank ? npy.shape[0] : 0, error);
+	if (!decode->all)
+		status = gnp_npy_check_vectors(&npy, "points", error);
+	if (status == GNP_OK)
+		status = gnp_decode_check_points(decode, npy.rank ? npy.shape[0] : 0, error);
 	if (status != GNP_OK)
 		return status;
 	bool points = !decode->all || (npy.rank == 2 && npy.shape[1] == 3);

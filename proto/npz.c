@@ -31,6 +31,18 @@ static gnp_status bad_entry(zip_file_t *file, const char *text, struct gnp_error
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", text);
 }
 
+/* Entries of a directory, as their signatures tell: libzip makes something of each of them before it can be asked how many there are. */
+static size_t count_signatures(const unsigned char *data, size_t size)
+{
+	const unsigned char *p = data, *end = data + size;
+	size_t count = 0;
+	while (count <= ENTRIES_MAX && (p = memmem(p, (size_t)(end - p), "PK\1\2", 4)) != NULL) {
+		count++;
+		p += 4;
+	}
+	return count;
+}
+
 /* Opens memory as an archive; source data stays the caller's. */
 static gnp_status open_memory(const void *data, size_t size, int flags, zip_source_t **source, zip_t **out, struct gnp_error *error)
 {
@@ -97,6 +109,40 @@ static gnp_status check_entry(const zip_stat_t *entry, struct gnp_error *error)
 	return GNP_OK;
 }
 
+/* What can be said of an array before it is inflated: a body of a few bytes may claim any shape. */
+static gnp_status check_array(const struct gnp_npy *npy, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
+                              struct gnp_error *error)
+{
+	if (npy->bytes > entry->size || npy->bytes + npy->header != entry->size)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": the shape needs %zu bytes, the entry has %llu with its header",
+		                     entry->name, npy->bytes, (unsigned long long)entry->size);
+	if (decode->all)
+		return GNP_OK;
+	const struct gnp_tensor_info *input = gnp_decode_input(decode, name);
+	gnp_status status = input ? gnp_npy_check_input(npy, input, error) : gnp_npy_check_vectors(npy, name, error);
+	return status == GNP_OK ? gnp_decode_check_points(decode, npy->shape[0], error) : status;
+}
+
+/* Inflates an entry's data (bytes), which is owned by the caller and reserved of the budget. */
+static gnp_status inflate_array(zip_file_t *file, const zip_stat_t *entry, size_t bytes, const struct gnp_budget *budget,
+                                unsigned char **out, struct gnp_error *error)
+{
+	gnp_status status = gnp_budget_reserve(budget, bytes, error);
+	if (status != GNP_OK)
+		return status;
+	unsigned char *data = gnp_array_new(bytes, 1);
+	if (!data)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: \"%.60s\": no memory for %zu bytes", entry->name, bytes);
+	if (!read_exactly(file, data, bytes) || !at_end(file)) {
+		char text[96];
+		free(data);
+		snprintf(text, sizeof text, "\"%.60s\": corrupt or cut short", entry->name);
+		return bad_entry(file, text, error);
+	}
+	*out = data;
+	return GNP_OK;
+}
+
 static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
                              struct gnp_tensors *tensors, struct gnp_error *error)
 {
@@ -105,22 +151,12 @@ static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const ch
 	gnp_status status = head ? read_header(file, head, &npy, error)
 	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for a header");
 	free(head);
-	if (status == GNP_OK && (npy.bytes > entry->size || npy.bytes + npy.header != entry->size))
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": the shape needs %zu bytes, the entry has %llu with its header",
-		                       entry->name, npy.bytes, (unsigned long long)entry->size);
-	if (status == GNP_OK && !decode->all)
-		status = gnp_decode_check_points(decode, npy.rank ? npy.shape[0] : 0, error);
+	if (status == GNP_OK)
+		status = check_array(&npy, entry, name, decode, error);
+	if (status == GNP_OK)
+		status = inflate_array(file, entry, npy.bytes, tensors->budget, &data, error);
 	if (status != GNP_OK)
 		return status;
-	data = gnp_array_new(npy.bytes, 1);
-	if (!data)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: \"%.60s\": no memory for %zu bytes", entry->name, npy.bytes);
-	if (!read_exactly(file, data, npy.bytes) || !at_end(file)) {
-		char text[96];
-		free(data);
-		snprintf(text, sizeof text, "\"%.60s\": corrupt or cut short", entry->name);
-		return bad_entry(file, text, error);
-	}
 	status = gnp_npy_add(&npy, name, data, true, tensors, error);
 	bool vectors = !decode->all && !gnp_decode_input(decode, name);
 	return status == GNP_OK && vectors ? gnp_npy_split_vectors(tensors, name, error) : status;
@@ -170,12 +206,12 @@ gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 {
 	zip_source_t *source;
 	zip_t *archive;
+	if (count_signatures(decode->body, decode->size) > ENTRIES_MAX)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: more than %d entries", ENTRIES_MAX);
 	gnp_status status = open_memory(decode->body, decode->size, ZIP_RDONLY, &source, &archive, error);
 	if (status != GNP_OK)
 		return status;
 	zip_int64_t count = zip_get_num_entries(archive, 0);
-	if (count > ENTRIES_MAX)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %lld entries, need at most %d", (long long)count, ENTRIES_MAX);
 	for (zip_int64_t i = 0; i < count && status == GNP_OK; i++)
 		status = read_entry(archive, (zip_uint64_t)i, decode, tensors, error);
 	if (status == GNP_OK && !decode->all && !gnp_tensors_find(tensors, "points"))

@@ -17,7 +17,8 @@ gnp_status gnp_oip_header_length(const char *text, size_t body_size, size_t *hea
 bool gnp_oip_is_request(const unsigned char *body, size_t size);
 
 /* Decodes an infer request. header_length 0: the whole body is raw FP32 `points` (n, 3). Binary tensors borrow from body,
- * which must outlive request (misaligned ones are copied). On failure *request is unchanged. */
+ * which must outlive request (misaligned ones are copied). Memory is asked of request->inputs.budget before it is taken. On failure
+ * *request is unchanged, and some of the budget may still be reserved. */
 gnp_status gnp_oip_decode_request(const unsigned char *body, size_t size, size_t header_length,
                                   struct gnp_request *request, struct gnp_error *error);
 

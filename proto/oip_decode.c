@@ -123,14 +123,14 @@ static gnp_status decode_json(const struct gnp_json_document *document, struct g
 gnp_status gnp_oip_decode_request(const unsigned char *body, size_t size, size_t header_length,
                                   struct gnp_request *request, struct gnp_error *error)
 {
-	struct gnp_request made = {0};
+	struct gnp_request made = {.inputs.budget = request->inputs.budget};
 	struct gnp_json_document document = {0};
 	struct gnp_oip_binary binary;
 	gnp_status status;
 	if (header_length == 0) {
 		status = decode_raw(body, size, &made, error);
 	} else {
-		status = gnp_oip_split(body, size, header_length, &document, &binary, error);
+		status = gnp_oip_split(body, size, header_length, made.inputs.budget, &document, &binary, error);
 		if (status == GNP_OK)
 			status = decode_json(&document, &binary, &made, error);
 	}
@@ -148,7 +148,7 @@ gnp_status gnp_oip_decode_response(const unsigned char *body, size_t size, size_
 	struct gnp_response made = {0};
 	struct gnp_json_document document = {0};
 	struct gnp_oip_binary binary;
-	gnp_status status = gnp_oip_split(body, size, header_length, &document, &binary, error);
+	gnp_status status = gnp_oip_split(body, size, header_length, NULL, &document, &binary, error);
 	if (status == GNP_OK)
 		status = gnp_oip_decode_values(json_object_get(document.root, "parameters"), &made.parameters, error);
 	if (status == GNP_OK)
@@ -161,37 +161,34 @@ gnp_status gnp_oip_decode_response(const unsigned char *body, size_t size, size_
 	return status;
 }
 
-/* After a string that begins at text[at], or size. */
-static size_t skip_string(const unsigned char *text, size_t size, size_t at)
+static bool is_space(char c)
 {
-	for (at++; at < size && text[at] != '"'; at++)
-		at += text[at] == '\\';
-	return at < size ? at + 1 : size;
+	return c == ' ' || c == '\t' || c == '\r' || c == '\n';
 }
 
 bool gnp_oip_is_request(const unsigned char *body, size_t size)
 {
 	static const char member[] = "\"inputs\"";
-	size_t depth = 0, at = 0;
-	while (at < size) {
-		unsigned char c = body[at];
+	const char *p = (const char *)body, *end = p + size;
+	size_t depth = 0;
+	while (p < end) {
+		char c = *p;
 		if (c == '"') {
-			size_t end = skip_string(body, size, at), after = end;
-			while (after < size && (body[after] == ' ' || body[after] == '\t' || body[after] == '\r' || body[after] == '\n'))
+			const char *start = p, *after = p = gnp_json_skip_string(p, end);
+			while (after < end && is_space(*after))
 				after++;
-			if (depth == 1 && after < size && body[after] == ':' && end - at == sizeof member - 1 &&
-			    memcmp(body + at, member, sizeof member - 1) == 0)
+			if (depth == 1 && after < end && *after == ':' && p - start == sizeof member - 1 &&
+			    memcmp(start, member, sizeof member - 1) == 0)
 				return true;
-			at = end;
 			continue;
 		}
-		if (depth == 0 && c != '{' && c != ' ' && c != '\t' && c != '\r' && c != '\n')
+		if (depth == 0 && c != '{' && !is_space(c))
 			return false;
 		depth += c == '{' || c == '[';
 		depth -= c == '}' || c == ']';
 		if (depth == 0 && c == '}')
 			return false; /* the object is over */
-		at++;
+		p++;
 	}
 	return false;
 }

@@ -1,4 +1,5 @@
 #include <inttypes.h>
+#include <string.h>
 
 #include "json_text.h"
 #include "number.h"
@@ -11,14 +12,14 @@ static gnp_status text_member(const char *key, const char *text, struct gnp_buff
 }
 
 /* The protocol writes every free extent as -1. */
-static gnp_status write_tensor(const struct gnp_tensor_info *info, struct gnp_buffer *buffer, struct gnp_error *error)
+static gnp_status write_tensor(const struct gnp_tensor_info *info, bool input, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"datatype\":\"%s\",\"shape\":[", info->name,
 	                                      gnp_datatype_name(info->datatype));
 	for (unsigned d = 0; d < info->rank && status == GNP_OK; d++)
 		status = gnp_buffer_printf(buffer, error, "%s%" PRId64, d ? "," : "", info->shape[d] < 0 ? -1 : info->shape[d]);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "],\"optional\":%s,", info->optional ? "true" : "false");
+		status = gnp_buffer_printf(buffer, error, "],\"optional\":%s,", input && info->optional ? "true" : "false");
 	if (status == GNP_OK)
 		status = text_member("help", info->help, buffer, error);
 	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
@@ -27,11 +28,12 @@ static gnp_status write_tensor(const struct gnp_tensor_info *info, struct gnp_bu
 static gnp_status write_tensors(const char *key, const struct gnp_tensor_info *infos, size_t count,
                                 struct gnp_buffer *buffer, struct gnp_error *error)
 {
+	bool input = strcmp(key, "inputs") == 0;
 	gnp_status status = gnp_buffer_printf(buffer, error, ",\"%s\":[", key);
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
 		status = i ? gnp_buffer_append(buffer, ",", 1, error) : GNP_OK;
 		if (status == GNP_OK)
-			status = write_tensor(&infos[i], buffer, error);
+			status = write_tensor(&infos[i], input, buffer, error);
 	}
 	return status == GNP_OK ? gnp_buffer_append(buffer, "]", 1, error) : status;
 }

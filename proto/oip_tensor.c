@@ -10,8 +10,8 @@
 
 enum { TENSORS_MAX = 256 };
 
-gnp_status gnp_oip_split(const unsigned char *body, size_t size, size_t header_length, struct gnp_json_document *document,
-                         struct gnp_oip_binary *binary, struct gnp_error *error)
+gnp_status gnp_oip_split(const unsigned char *body, size_t size, size_t header_length, const struct gnp_budget *budget,
+                         struct gnp_json_document *document, struct gnp_oip_binary *binary, struct gnp_error *error)
 {
 	bool whole = header_length == GNP_OIP_NO_HEADER;
 	if (!whole && header_length > size)
@@ -19,7 +19,7 @@ gnp_status gnp_oip_split(const unsigned char *body, size_t size, size_t header_l
 		                     "Inference-Header-Content-Length: got %zu, need at most the body's %zu bytes", header_length, size);
 	size_t json_size = whole ? size : header_length;
 	*binary = (struct gnp_oip_binary){body + json_size, body + size, !whole};
-	return gnp_json_parse((const char *)body, json_size, 3, "data", document, error);
+	return gnp_json_parse((const char *)body, json_size, 3, "data", budget, document, error);
 }
 
 struct description {

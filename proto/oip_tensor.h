@@ -12,9 +12,9 @@ struct gnp_oip_binary {
 	bool allowed; /* false: the body is JSON alone */
 };
 
-/* The two parts of a body by header_length (GNP_OIP_NO_HEADER: JSON alone). */
-gnp_status gnp_oip_split(const unsigned char *body, size_t size, size_t header_length, struct gnp_json_document *document,
-                         struct gnp_oip_binary *binary, struct gnp_error *error);
+/* The two parts of a body by header_length (GNP_OIP_NO_HEADER: JSON alone). budget: of gnp_json_parse. */
+gnp_status gnp_oip_split(const unsigned char *body, size_t size, size_t header_length, const struct gnp_budget *budget,
+                         struct gnp_json_document *document, struct gnp_oip_binary *binary, struct gnp_error *error);
 
 /* Decodes root[list], an array of tensor objects, in order. `list` is "inputs" or "outputs". */
 gnp_status gnp_oip_decode_tensors(const struct gnp_json_document *document, const char *list,

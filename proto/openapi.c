@@ -149,7 +149,7 @@ static void put_media_types(struct writer *w, bool in, const char *indent)
 }
 
 /* The type goes without saying where the numbers are those of geometry. */
-static void put_tensor(struct writer *w, const struct gnp_tensor_info *info)
+static void put_tensor(struct writer *w, const struct gnp_tensor_info *info, bool input)
 {
 	PUT(w, "        - `%s` (", info->name);
 	for (unsigned d = 0; d < info->rank; d++) {
@@ -160,22 +160,22 @@ static void put_tensor(struct writer *w, const struct gnp_tensor_info *info)
 			PUT(w, "%d", (int)info->shape[d]);
 	}
 	PUT(w, ")%s%s%s: %s\n", info->datatype == GNP_FP32 ? "" : " ", info->datatype == GNP_FP32 ? "" : gnp_datatype_name(info->datatype),
-	    info->optional ? ", optional" : "", info->help);
+	    input && info->optional ? ", optional" : "", info->help);
 }
 
-static void put_tensors(struct writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count)
+static void put_tensors(struct writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count, bool input)
 {
 	PUT(w, "        %s:\n\n", title);
 	for (size_t i = 0; i < count; i++)
-		put_tensor(w, &infos[i]);
+		put_tensor(w, &infos[i], input);
 }
 
 static void put_description(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "      description: |\n        %s\n\n", operation->help);
-	put_tensors(w, "Inputs, of any numeric type", operation->inputs, operation->input_count);
+	put_tensors(w, "Inputs, of any numeric type", operation->inputs, operation->input_count, true);
 	PUT(w, "\n");
-	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs, operation->output_count);
+	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs, operation->output_count, false);
 }
 
 static void put_timeout(struct writer *w)
@@ -192,7 +192,7 @@ static void put_file_operation(struct writer *w, const struct gnp_operation *ope
 	put_description(w, operation);
 	PUT(w, "      parameters:\n");
 	put_query(w, operation);
-	PUT(w, "        - name: format\n          in: query\n          description: 'format of the answer, before Accept'\n"
+	PUT(w, "        - name: format\n          in: query\n          description: 'format of the answer where Accept names none; else the format of the body, or npz where that has no place for the answer'\n"
 	       "          schema: {type: string, enum: [");
 	for (int f = 0, first = 1; f < GNP_FORMAT_COUNT; f++) {
 		if (gnp_format_writable(f)) {

@@ -260,6 +260,15 @@ static gnp_status check_parameters(struct gnp_call *call, struct gnp_error *erro
 	return GNP_OK;
 }
 
+/* The parameter that chooses outputs; NULL: all are answered. */
+static const struct gnp_parameter *find_set(const struct gnp_operation *operation)
+{
+	for (size_t i = 0; i < operation->parameter_count; i++)
+		if (operation->parameters[i].type == GNP_PARAMETER_SET)
+			return &operation->parameters[i];
+	return NULL;
+}
+
 /* Requested outputs replace what the operation's set parameter says. */
 static gnp_status check_outputs(struct gnp_call *call, struct gnp_error *error)
 {
@@ -279,10 +288,9 @@ static gnp_status check_outputs(struct gnp_call *call, struct gnp_error *error)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "output \"%s\": asked for twice", name);
 		mask |= bit;
 	}
-	for (size_t i = 0; mask && i < operation->parameter_count; i++) {
-		if (operation->parameters[i].type == GNP_PARAMETER_SET)
-			*(uint64_t *)(call->options + operation->parameters[i].offset) = mask;
-	}
+	const struct gnp_parameter *set = find_set(operation);
+	if (mask && set)
+		*(uint64_t *)(void *)(call->options + set->offset) = mask;
 	return GNP_OK;
 }
 
@@ -386,13 +394,47 @@ gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct 
 		status = check_outputs(&made, error);
 	if (status == GNP_OK && operation->resolve)
 		status = operation->resolve(made.options, limits ? limits->models : NULL, error);
-	if (status != GNP_OK)
-		return status;
 	made.models = limits ? limits->models : NULL;
 	made.cache = limits ? limits->cache : NULL;
-	made.memory = operation->memory(made.points, made.options);
+	if (status == GNP_OK && operation->check)
+		status = operation->check(&made, error);
+	if (status != GNP_OK)
+		return status;
+	made.memory = operation->memory(&made);
 	*call = made;
 	return GNP_OK;
+}
+
+uint64_t gnp_call_outputs(const struct gnp_call *call)
+{
+	const struct gnp_parameter *set = find_set(call->operation);
+	if (set)
+		return *(const uint64_t *)(const void *)(call->options + set->offset);
+	return (UINT64_C(1) << call->operation->output_count) - 1;
+}
+
+bool gnp_call_names_outputs(const struct gnp_call *call)
+{
+	const struct gnp_parameter *set = find_set(call->operation);
+	const struct gnp_value *value = set ? gnp_values_find(&call->request->parameters, set->name) : NULL;
+	return call->request->output_count || (value && value->type == GNP_VALUE_STRING && strcmp(value->string, "all") != 0);
+}
+
+size_t gnp_call_rows(const struct gnp_call *call, int64_t extent)
+{
+	const struct gnp_operation *operation = call->operation;
+	if (extent >= 0)
+		return (size_t)extent;
+	if (extent == -1)
+		return call->points;
+	for (size_t i = 0; i < operation->input_count; i++) {
+		const struct gnp_tensor_info *info = &operation->inputs[i];
+		const struct gnp_tensor *tensor = gnp_tensors_find(&call->request->inputs, info->name);
+		for (unsigned d = 0; tensor && d < info->rank; d++)
+			if (info->shape[d] == extent)
+				return tensor->shape[d];
+	}
+	return operation->rows ? operation->rows(call, extent) : GNP_ROWS_OPEN;
 }
 
 gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,

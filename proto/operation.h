@@ -44,6 +44,10 @@ struct gnp_parameter {
 
 struct gnp_call;
 
+/* Rows of which it is known only once they are computed how many there are, or only that they are not as many as the points. */
+#define GNP_ROWS_OPEN SIZE_MAX
+#define GNP_ROWS_OTHER (SIZE_MAX - 1)
+
 struct gnp_operation {
 	const char *name, *help;
 	const struct gnp_tensor_info *inputs;
@@ -55,8 +59,14 @@ struct gnp_operation {
 	void (*defaults)(void *options);
 	/* Finds the models that options name among those loaded (NULL: none); NULL for an operation that uses none. */
 	gnp_status (*resolve)(void *options, const struct gnp_models *models, struct gnp_error *error);
-	/* Bytes the work may allocate, for admission control. */
-	size_t (*memory)(size_t points, const void *options);
+	/* Checks what depends on numbers alone (how many points, columns, options against each other), before anything is computed, and
+	 * settles options that follow from them; NULL: there is nothing of the kind. */
+	gnp_status (*check)(struct gnp_call *call, struct gnp_error *error);
+	/* Bytes the work may allocate, for admission control; of a call that was checked. */
+	size_t (*memory)(const struct gnp_call *call);
+	/* Rows that a free extent (-2, -3, ...) of the outputs will stand for, GNP_ROWS_OPEN or GNP_ROWS_OTHER; NULL: all are open but those
+	 * of inputs. */
+	size_t (*rows)(const struct gnp_call *call, int64_t extent);
 	/* Does the work; response is empty on entry, cleared by the caller in any case. */
 	gnp_status (*run)(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
 	                  struct gnp_error *error);
@@ -90,6 +100,13 @@ struct gnp_limits {
  * (priority, timeout, sequence_*, triton_*, binary_data_output) are ignored. Points over the limit: GNP_TOO_LARGE. */
 gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct gnp_request *request,
                             const struct gnp_limits *limits, struct gnp_call *call, struct gnp_error *error);
+
+/* A bit for each of the operation's outputs that the call will answer. */
+uint64_t gnp_call_outputs(const struct gnp_call *call);
+/* Whether the request chose its outputs by name, so that an answer must go without none of them. */
+bool gnp_call_names_outputs(const struct gnp_call *call);
+/* Rows that an extent of the operation's outputs will stand for: the points, what inputs say of it, or what the operation knows. */
+size_t gnp_call_rows(const struct gnp_call *call, int64_t extent);
 
 /* Runs it. On failure response is empty. */
 gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,

@@ -22,6 +22,18 @@ gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *
 	return gnp_models_find(models, weights, &options->model, error);
 }
 
+gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options, size_t least,
+                                   struct gnp_error *error)
+{
+	size_t k = (size_t)options->k;
+	if (options->estimator == GNP_ESTIMATOR_GNP && options->model && options->model->recipe.k > k)
+		k = options->model->recipe.k;
+	least = k > least ? k : least;
+	if (call->points < least)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu", call->points, least);
+	return GNP_OK;
+}
+
 size_t gnp_common_memory(size_t count, size_t width, size_t more)
 {
 	size_t bytes;

@@ -43,6 +43,10 @@ extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *c
 gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *weights, const char *by_default,
                               const struct gnp_models *models, struct gnp_error *error);
 
+/* GNP_INVALID_ARGUMENT when a call's cloud has fewer than `least` points, or than the neighbourhood of its estimator. */
+gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options, size_t least,
+                                   struct gnp_error *error);
+
 /* count times width, or SIZE_MAX; and added to another number of bytes. */
 size_t gnp_common_memory(size_t count, size_t width, size_t more);
 

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "taylor.h"
+
 const char *const gnp_equation_systems[] = {"square", "least_squares", NULL};
 const char *const gnp_equation_solvers[] = {"auto", "direct", "iterative", NULL};
 const char *const gnp_equation_means[] = {"area", "plain", NULL};
@@ -23,16 +25,35 @@ gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, 
 	return gnp_common_resolve(&o->core.laplacian.domain.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
+gnp_status gnp_equation_check(const struct gnp_call *call, const struct gnp_equation_options *options, size_t least, struct gnp_error *error)
+{
+	enum { FEWEST = 12 }; /* as gnp_domain_make has it */
+	const struct gnp_laplacian_options *l = &options->core.laplacian;
+	unsigned degree = gnp_laplacian_degree(l);
+	if (l->neighbors && (size_t)l->neighbors < gnp_taylor_size(degree))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "stencil: got %d, need 0 or at least %zu for function_degree %u", l->neighbors,
+		                     gnp_taylor_size(degree), degree);
+	return gnp_common_check_points(call, &l->domain.estimate, least > FEWEST ? least : FEWEST, error);
+}
+
+size_t gnp_equation_sides(const struct gnp_call *call, const char *name)
+{
+	const struct gnp_tensor *tensor = gnp_tensors_find(&call->request->inputs, name);
+	return !tensor ? 0 : tensor->rank > 1 ? tensor->shape[1] : 1;
+}
+
 /* A little above what was measured from 20,000 to 1,000,000 points: of direct solvers bytes per point with 30 points a stencil, of which there
- * are more as stencils grow (degrees 2 to 7, and 150 points). */
+ * are more as stencils grow (degrees 2 to 7, and 150 points). A side has five numbers a point (source, values or a step's source, solution,
+ * and what they are in the solver's order) and its reports; the solver itself takes a block of sides at a time. */
 size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides)
 {
-	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, DIRECT_MOST = 250000 };
+	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, REPORTS = 192, BLOCK = 8, DIRECT_MOST = 250000 };
 	bool direct = options->core.solver == GNP_SOLVER_DIRECT || (options->core.solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
 	size_t width = !direct ? ITERATIVE : options->core.laplacian.system == GNP_SYSTEM_SQUARE ? SQUARE : LEAST_SQUARES;
 	width = direct ? width / 30 * gnp_laplacian_neighbors(&options->core.laplacian) : width;
 	size_t estimate = gnp_estimate_memory(points, &options->core.laplacian.domain.estimate);
-	return gnp_common_memory(points, width + SIDE * sides, estimate);
+	estimate = gnp_common_memory(sides, REPORTS, estimate);
+	return gnp_common_memory(points, width + BLOCK * SIDE, gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, estimate));
 }
 
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter)
@@ -123,15 +144,25 @@ static void free_poisson(void *object)
 
 const struct gnp_equation_kind gnp_equation_poisson = {"poisson", make_poisson, {gnp_equation_make_prepared, free_poisson}};
 
+gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error)
+{
+	size_t sides = gnp_equation_sides(call, name), wanted = other ? gnp_equation_sides(call, other) : sides;
+	if (!gnp_tensors_find(&call->request->inputs, name))
+		return GNP_OK;
+	if (sides == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got no column, need at least 1", name);
+	if (sides != wanted)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %zu columns, need %zu as %s has", name, sides, wanted, other);
+	return GNP_OK;
+}
+
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error)
 {
 	const struct gnp_tensor *tensor = gnp_tensors_find(&call->request->inputs, name);
 	*values = NULL;
 	if (!tensor)
 		return GNP_OK;
-	*sides = tensor->rank > 1 ? tensor->shape[1] : 1;
-	if (*sides == 0)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got no column, need at least 1", name);
+	*sides = gnp_equation_sides(call, name);
 	*values = gnp_tensor_to_double(tensor);
 	return *values ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu values", name, *sides * tensor->shape[0]);
 }

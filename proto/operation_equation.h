@@ -43,7 +43,11 @@ extern const char *const gnp_equation_systems[], *const gnp_equation_solvers[], 
 /* Defaults as in the tables above; options begin with a struct gnp_equation_options. */
 void gnp_equation_defaults(struct gnp_equation_options *options);
 gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, struct gnp_error *error);
-/* Bytes to prepare an operator and solve for `sides` right-hand sides. */
+/* That the cloud has the points that a domain, its stencils and `least` need, and that stencils have the points their polynomials do. */
+gnp_status gnp_equation_check(const struct gnp_call *call, const struct gnp_equation_options *options, size_t least, struct gnp_error *error);
+/* Columns of an input of the call; 0 when it is absent. */
+size_t gnp_equation_sides(const struct gnp_call *call, const char *name);
+/* Bytes to prepare an operator and solve for `sides` right-hand sides, with all that is made of their columns. */
 size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides);
 
 /* The filter of the domain, where it is asked for; options' domain then borrows it. */
@@ -67,6 +71,8 @@ gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equati
 /* A struct gnp_poisson. */
 extern const struct gnp_equation_kind gnp_equation_poisson;
 
+/* That an input, where it is there, has columns, and as many as the input `other` (NULL: any number). */
+gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error);
 /* An input (n) or (n, r) of the request as numbers (n, *sides); NULL where it is absent. Freed by the caller. */
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error);
 

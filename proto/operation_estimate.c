@@ -42,10 +42,17 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 	return gnp_common_resolve(&o->core, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
-/* On top of the core's: the double copies of points and normals, and the encoded answer. */
-static size_t memory(size_t points, const void *options)
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct gnp_estimate_options *o = &((const struct options *)options)->core;
+	const struct gnp_estimate_options *o = &((const struct options *)(const void *)call->options)->core;
+	gnp_status status = gnp_estimate_check(o, error);
+	return status == GNP_OK ? gnp_common_check_points(call, o, 0, error) : status;
+}
+
+/* On top of the core's: the double copies of points and normals, and the encoded answer. */
+static size_t memory(const struct gnp_call *call)
+{
+	const struct gnp_estimate_options *o = &((const struct options *)(const void *)call->options)->core;
 	size_t width = 6 * sizeof(double);
 	struct gnp_basis basis = gnp_estimator_at(o->estimator)->basis((struct gnp_basis){o->basis, (unsigned)o->degree});
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
@@ -53,7 +60,7 @@ static size_t memory(size_t points, const void *options)
 		if (o->quantities & GNP_QUANTITY_BIT(q))
 			width += sizeof(float) * (items ? items : gnp_basis_size(basis));
 	}
-	return gnp_common_memory(points, width, gnp_estimate_memory(points, o));
+	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, o));
 }
 
 static size_t quantity_width(const struct gnp_estimate *estimate, int q)
@@ -144,6 +151,7 @@ const struct gnp_operation gnp_operation_estimate = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

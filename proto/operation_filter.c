@@ -22,8 +22,8 @@ static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 enum output { KEEP, DEVIATION, POINTS, INDEX, NORMALS, OUTPUTS };
 
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[KEEP] = {"keep", GNP_BOOL, 1, {-1}, false, "whether the point is kept"},
-	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, false, "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped by gross: the distance to the nearest one left, in local spacings"},
+	[KEEP] = {"keep", GNP_BOOL, 1, {-1}, true, "whether the point is kept"},
+	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, true, "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped by gross: the distance to the nearest one left, in local spacings"},
 	[POINTS] = {"points", GNP_FP32, 2, {-2, 3}, false, "the kept points, moved onto the surface with project [length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each kept one is, ascending from 0"},
 	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals of the fitted surface at the kept points"},
@@ -63,12 +63,17 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 	return gnp_common_resolve(&o->core.estimate, o->weights, default_weights, models, error);
 }
 
-/* On top of the core's: the double copies of points and normals, and what is copied into the answer. */
-static size_t memory(size_t points, const void *options)
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct gnp_filter_options *o = &((const struct options *)options)->core;
+	return gnp_common_check_points(call, &((const struct options *)(const void *)call->options)->core.estimate, 0, error);
+}
+
+/* On top of the core's: the double copies of points and normals, and what is copied into the answer. */
+static size_t memory(const struct gnp_call *call)
+{
+	const struct gnp_filter_options *o = &((const struct options *)(const void *)call->options)->core;
 	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
-	return gnp_common_memory(points, width, gnp_filter_memory(points, o));
+	return gnp_common_memory(call->points, width, gnp_filter_memory(call->points, o));
 }
 
 static gnp_status add_index(const struct gnp_filter *filter, struct gnp_tensors *to, struct gnp_error *error)
@@ -188,6 +193,7 @@ const struct gnp_operation gnp_operation_filter = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "flow.h"
+#include "flow_settle.h"
 #include "memory.h"
 #include "operation_common.h"
 #include "operation_table.h"
@@ -35,16 +36,16 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals, on the side of those at the start"},
 	[MEAN_CURVATURE] = {"mean_curvature", GNP_FP32, 1, {-2}, false, "H at the end, -1/R on a sphere, not smoothed [1/length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each one was, from 0; -1: inserted"},
-	[RECORD] = {"record", GNP_FP64, 2, {-3, 10}, false,
+	[RECORD] = {"record", GNP_FP64, 2, {-3, 10}, true,
 	            "a row of every state from the start: step, time [length^2], points, area, volume, curvature (largest |H|), resolution "
 	            "(curvature times spacing, what singularity bounds), thinned, inserted, seconds since the row before"},
-	[SNAPSHOT_START] = {"snapshot_start", GNP_INT64, 1, {-6}, false,
+	[SNAPSHOT_START] = {"snapshot_start", GNP_INT64, 1, {-6}, true,
 	                    "snapshot i has rows snapshot_start[i] to snapshot_start[i + 1] - 1 of those below (snapshot_every)"},
-	[SNAPSHOT_STEP] = {"snapshot_step", GNP_INT64, 1, {-5}, false, "the step of each snapshot"},
-	[SNAPSHOT_TIME] = {"snapshot_time", GNP_FP64, 1, {-5}, false, "its time [length^2]"},
-	[SNAPSHOT_POINTS] = {"snapshot_points", GNP_FP32, 2, {-4, 3}, false, "its points, those of all snapshots after each other [length]"},
-	[SNAPSHOT_NORMALS] = {"snapshot_normals", GNP_FP32, 2, {-4, 3}, false, "their normals"},
-	[SNAPSHOT_MEAN_CURVATURE] = {"snapshot_mean_curvature", GNP_FP32, 1, {-4}, false, "their mean curvature [1/length]"},
+	[SNAPSHOT_STEP] = {"snapshot_step", GNP_INT64, 1, {-5}, true, "the step of each snapshot"},
+	[SNAPSHOT_TIME] = {"snapshot_time", GNP_FP64, 1, {-5}, true, "its time [length^2]"},
+	[SNAPSHOT_POINTS] = {"snapshot_points", GNP_FP32, 2, {-4, 3}, true, "its points, those of all snapshots after each other [length]"},
+	[SNAPSHOT_NORMALS] = {"snapshot_normals", GNP_FP32, 2, {-4, 3}, true, "their normals"},
+	[SNAPSHOT_MEAN_CURVATURE] = {"snapshot_mean_curvature", GNP_FP32, 1, {-4}, true, "their mean curvature [1/length]"},
 };
 _Static_assert(GNP_FLOW_RECORD_WIDTH == 10, "the table names every column of a record");
 
@@ -103,24 +104,35 @@ static bool is_snapshot(int output)
 	return output >= SNAPSHOT_START;
 }
 
-/* On top of the core's: the double copies of points and normals, the mask, and what is copied into the answer. */
-static size_t memory(size_t points, const void *options)
-{
-	const struct gnp_flow_options *o = &((const struct options *)options)->core;
-	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
-	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record), gnp_flow_memory(points, o));
-	return gnp_common_memory(points, width, records);
-}
-
 /* Snapshots that are asked for by name have to be made; where all outputs are wanted, those that are not are left out. */
-static gnp_status check_snapshots(const struct gnp_request *request, const struct options *o, struct gnp_error *error)
+static gnp_status settle_snapshots(const struct gnp_request *request, struct options *o, struct gnp_error *error)
 {
 	bool by_name = request->output_count || o->outputs != ALL_OUTPUTS;
-	for (int output = SNAPSHOT_START; output < OUTPUTS && by_name && o->core.snapshot_every == 0; output++) {
-		if (o->outputs >> output & 1)
+	for (int output = SNAPSHOT_START; output < OUTPUTS && o->core.snapshot_every == 0; output++) {
+		if (by_name && (o->outputs >> output & 1))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: needs snapshot_every, got 0, need at least 1", outputs[output].name);
+		o->outputs &= ~(UINT64_C(1) << output);
 	}
 	return GNP_OK;
+}
+
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
+{
+	struct options *o = (void *)call->options;
+	const struct gnp_cloud cloud = {.count = call->points}; /* nothing else of it is looked at */
+	gnp_status status = settle_snapshots(call->request, o, error);
+	if (status == GNP_OK)
+		status = gnp_flow_check(&o->core, &cloud, error);
+	return status == GNP_OK ? gnp_common_check_points(call, &o->core.estimate, gnp_flow_least_points(&o->core), error) : status;
+}
+
+/* On top of the core's: the double copies of points and normals, the mask, and what is copied into the answer. */
+static size_t memory(const struct gnp_call *call)
+{
+	const struct gnp_flow_options *o = &((const struct options *)(const void *)call->options)->core;
+	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
+	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record), gnp_flow_memory(call->points, o));
+	return gnp_common_memory(call->points, width, records);
 }
 
 static gnp_status add_output(enum output output, struct gnp_flow *flow, enum gnp_datatype type, struct gnp_tensors *to,
@@ -204,9 +216,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	struct gnp_common_cloud input = {0};
 	struct gnp_flow flow = {0};
 	unsigned char *fixed = NULL;
-	gnp_status status = check_snapshots(call->request, o, error);
-	if (status == GNP_OK)
-		status = gnp_common_cloud_read(call->request, &input, error);
+	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
 	if (status == GNP_OK)
 		status = gnp_common_mask_read(call->request, "fixed", &fixed, error);
 	if (status != GNP_OK)
@@ -236,6 +246,7 @@ const struct gnp_operation gnp_operation_flow = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

@@ -37,9 +37,18 @@ static void defaults(void *options)
 	o->source = 0;
 }
 
-static size_t memory(size_t points, const void *options)
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_equation_memory(points, &((const struct options *)options)->equation, 1);
+	const struct options *o = (const void *)call->options;
+	gnp_status status = gnp_equation_check(call, &o->equation, 0, error);
+	if (status == GNP_OK && !gnp_tensors_find(&call->request->inputs, "sources") && (size_t)o->source >= call->points)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source, call->points - 1);
+	return status;
+}
+
+static size_t memory(const struct gnp_call *call)
+{
+	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation, 1);
 }
 
 /* ---- The operator ---- */
@@ -71,8 +80,6 @@ static gnp_status read_sources(const struct gnp_call *call, const struct options
 {
 	unsigned char *mask;
 	gnp_status status = gnp_common_mask_read(call->request, "sources", &mask, error);
-	if (status == GNP_OK && !mask && (size_t)o->source >= points)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source, points - 1);
 	*count = mask ? 0 : 1;
 	for (size_t i = 0; mask && i < points; i++)
 		*count += mask[i];
@@ -143,6 +150,7 @@ const struct gnp_operation gnp_operation_geodesic = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = gnp_equation_resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

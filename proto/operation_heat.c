@@ -39,10 +39,18 @@ static void defaults(void *options)
 	o->steps = 1;
 }
 
-static size_t memory(size_t points, const void *options)
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	enum { SIDES = 16 };
-	return gnp_equation_memory(points, &((const struct options *)options)->equation, SIDES);
+	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	if (status == GNP_OK)
+		status = gnp_equation_check_columns(call, "initial", NULL, error);
+	return status == GNP_OK ? gnp_equation_check_columns(call, "source", "initial", error) : status;
+}
+
+static size_t memory(const struct gnp_call *call)
+{
+	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
+	                           gnp_equation_sides(call, "initial"));
 }
 
 static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o, const struct gnp_task *task,
@@ -56,13 +64,6 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
 	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
 }
 
-static gnp_status check_columns(size_t initial, size_t source, struct gnp_error *error)
-{
-	if (initial == source)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %zu columns, need %zu as initial has", source, initial);
-}
-
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
@@ -70,16 +71,13 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	struct gnp_common_cloud cloud = {0};
 	struct gnp_prepared_entry *entry = NULL;
 	double *u = NULL, *source = NULL;
-	size_t sides = 0, sources;
+	size_t sides = 0;
 	bool found = false;
 	gnp_status status = gnp_common_cloud_read(call->request, &cloud, error);
 	if (status == GNP_OK)
 		status = gnp_equation_columns(call, "initial", &u, &sides, error);
-	sources = sides;
 	if (status == GNP_OK)
-		status = gnp_equation_columns(call, "source", &source, &sources, error);
-	if (status == GNP_OK)
-		status = check_columns(sides, sources, error);
+		status = gnp_equation_columns(call, "source", &source, &sides, error);
 	o.equation.core.screening = 1 / o.dt; /* as gnp_heat_prepare has it */
 	if (status == GNP_OK)
 		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &cloud, pool, task, &entry, &found, error);
@@ -109,6 +107,7 @@ const struct gnp_operation gnp_operation_heat = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = gnp_equation_resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

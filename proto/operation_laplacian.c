@@ -53,14 +53,32 @@ static void defaults(void *options)
 	o->outputs = (UINT64_C(1) << VALUE) - 1;
 }
 
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
+{
+	return gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+}
+
+/* A row of the matrix for each point that is left, and a column as well where the system is square. */
+static size_t rows(const struct gnp_call *call, int64_t extent)
+{
+	const struct gnp_equation_options *o = &((const struct options *)(const void *)call->options)->equation;
+	if (o->filter)
+		return GNP_ROWS_OPEN;
+	if (extent == -4)
+		return GNP_ROWS_OTHER; /* a stencil a row */
+	if (extent == -3)
+		return call->points + 1;
+	return o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
+}
+
 /* Stencils of 30 entries unless told: an index and, for each matrix, a number. */
-static size_t memory(size_t points, const void *options)
+static size_t memory(const struct gnp_call *call)
 {
 	enum { ENTRIES = 30, INDEX = 12, NUMBER = 16 };
-	const struct options *o = options;
+	const struct options *o = (const void *)call->options;
 	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
 	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
-	return gnp_common_memory(points, width, gnp_estimate_memory(points, &o->equation.core.laplacian.domain.estimate));
+	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
 }
 
 static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow, const size_t *wide,
@@ -159,6 +177,8 @@ const struct gnp_operation gnp_operation_laplacian = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = gnp_equation_resolve,
+	.check = check,
 	.memory = memory,
+	.rows = rows,
 	.run = run,
 };

@@ -24,9 +24,9 @@ static const struct gnp_tensor_info inputs[] = {
 enum output { SOLUTION, RESIDUAL, MISFIT, MEAN, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[SOLUTION] = {"solution", GNP_FP64, 2, {-1, -2}, false, "u at every point, a column a right-hand side"},
-	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, false, "relative residual of the system, or of the normal equations of least squares"},
-	[MISFIT] = {"misfit", GNP_FP64, 1, {-2}, false, "||alpha u - Delta u - f|| / ||f|| over all points that are not fixed"},
-	[MEAN] = {"mean", GNP_FP64, 1, {-2}, false, "the constant taken off f so that a solution exists, the largest over components"},
+	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of the system, or of the normal equations of least squares"},
+	[MISFIT] = {"misfit", GNP_FP64, 1, {-2}, true, "||alpha u - Delta u - f|| / ||f|| over all points that are not fixed"},
+	[MEAN] = {"mean", GNP_FP64, 1, {-2}, true, "the constant taken off f so that a solution exists, the largest over components"},
 };
 
 #define FIELD(name) offsetof(struct options, equation.core.name)
@@ -48,10 +48,21 @@ static void defaults(void *options)
 	o->outputs = (UINT64_C(1) << OUTPUTS) - 1;
 }
 
-static size_t memory(size_t points, const void *options)
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	enum { SIDES = 8 }; /* more are paid for by the body they come in */
-	return gnp_equation_memory(points, &((const struct options *)options)->equation, SIDES);
+	const struct gnp_tensors *given = &call->request->inputs;
+	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	if (status == GNP_OK)
+		status = gnp_equation_check_columns(call, "source", NULL, error);
+	if (status == GNP_OK && gnp_tensors_find(given, "values") && !gnp_tensors_find(given, "fixed"))
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "values: need the input fixed, which says where they hold");
+	return status == GNP_OK ? gnp_equation_check_columns(call, "values", "source", error) : status;
+}
+
+static size_t memory(const struct gnp_call *call)
+{
+	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
+	                           gnp_equation_sides(call, "source"));
 }
 
 /* Everything a request holds while it runs. */
@@ -80,10 +91,6 @@ static gnp_status read_values(const struct gnp_call *call, struct work *work, st
 {
 	size_t sides = work->sides, count;
 	gnp_status status = gnp_equation_columns(call, "values", &work->values, &sides, error);
-	if (status == GNP_OK && work->values && !work->fixed)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "values: need the input fixed, which says where they hold");
-	if (status == GNP_OK && sides != work->sides)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "values: got %zu columns, need %zu as source has", sides, work->sides);
 	if (status != GNP_OK || work->values || !work->fixed)
 		return status;
 	work->values = gnp_size_multiply(work->cloud.count, sides, &count) ? gnp_array_zero(count, sizeof *work->values) : NULL;
@@ -222,6 +229,7 @@ const struct gnp_operation gnp_operation_poisson = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = gnp_equation_resolve,
+	.check = check,
 	.memory = memory,
 	.run = run,
 };

@@ -16,8 +16,8 @@ static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 enum output { EIGENVALUES, IMAGINARY, RESIDUAL, EIGENVECTORS, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false, "of -Delta, ascending [1/length^2]: 0 once for each component first"},
-	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, false, "what the discretisation leaves beside each: a measure of its error"},
-	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, false, "relative residual of each pair"},
+	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true, "what the discretisation leaves beside each: a measure of its error"},
+	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
 	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false, "a column each, of unit length when points weigh by their area"},
 };
 
@@ -38,12 +38,24 @@ static void defaults(void *options)
 	o->outputs = (UINT64_C(1) << OUTPUTS) - 1;
 }
 
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
+{
+	const struct options *o = (const void *)call->options;
+	gnp_status status = gnp_spectrum_check((size_t)o->count, call->points, error);
+	return status == GNP_OK ? gnp_equation_check(call, &o->equation, 0, error) : status;
+}
+
+static size_t rows(const struct gnp_call *call, int64_t extent)
+{
+	return extent == -2 ? (size_t)((const struct options *)(const void *)call->options)->count : GNP_ROWS_OPEN;
+}
+
 /* The basis of the iteration holds a few vectors for each that is wanted. */
-static size_t memory(size_t points, const void *options)
+static size_t memory(const struct gnp_call *call)
 {
 	enum { VECTORS = 7, BYTES = 8, SIDE = 40 };
-	const struct options *o = options;
-	return gnp_equation_memory(points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
+	const struct options *o = (const void *)call->options;
+	return gnp_equation_memory(call->points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
 }
 
 static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
@@ -111,6 +123,8 @@ const struct gnp_operation gnp_operation_spectrum = {
 	.parameter_count = sizeof parameters / sizeof parameters[0],
 	.defaults = defaults,
 	.resolve = gnp_equation_resolve,
+	.check = check,
 	.memory = memory,
+	.rows = rows,
 	.run = run,
 };

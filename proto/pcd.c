@@ -230,10 +230,13 @@ static bool lzf_decompress(const unsigned char *in, size_t in_size, unsigned cha
 	return out == out_end;
 }
 
-static gnp_status read_compressed(struct pcd *pcd, const struct gnp_column *columns)
+static gnp_status read_compressed(struct pcd *pcd, const struct gnp_budget *budget, const struct gnp_column *columns)
 {
 	uint32_t sizes[2];
 	memcpy(sizes, pcd->p, sizeof sizes);
+	gnp_status status = gnp_budget_reserve(budget, sizes[1], pcd->error);
+	if (status != GNP_OK)
+		return status;
 	unsigned char *plain = gnp_array_new(sizes[1], 1);
 	if (!plain)
 		return gnp_error_set(pcd->error, GNP_OUT_OF_MEMORY, "pcd: no memory for %u bytes", sizes[1]);
@@ -241,6 +244,7 @@ static gnp_status read_compressed(struct pcd *pcd, const struct gnp_column *colu
 	if (good)
 		read_binary(pcd, plain, true, columns);
 	free(plain);
+	gnp_budget_release(budget, sizes[1]);
 	return good ? GNP_OK : fail(pcd, "the compressed data is corrupt");
 }
 
@@ -283,7 +287,7 @@ static gnp_status read_body(struct pcd *pcd, const struct gnp_decode *decode, st
 	else if (status == GNP_OK && is(pcd->data, "binary"))
 		read_binary(pcd, pcd->p, false, columns);
 	else if (status == GNP_OK)
-		status = read_compressed(pcd, columns);
+		status = read_compressed(pcd, tensors->budget, columns);
 	free(columns);
 	return status;
 }

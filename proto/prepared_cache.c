@@ -31,7 +31,11 @@ gnp_status gnp_prepared_cache_create(size_t bytes, struct gnp_prepared_cache **o
 	if (!cache)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "cache: no memory");
 	pthread_mutex_init(&cache->lock, NULL);
-	pthread_cond_init(&cache->made, NULL);
+	pthread_condattr_t attributes;
+	pthread_condattr_init(&attributes);
+	pthread_condattr_setclock(&attributes, CLOCK_MONOTONIC);
+	pthread_cond_init(&cache->made, &attributes);
+	pthread_condattr_destroy(&attributes);
 	cache->state.limit = bytes;
 	*out = cache;
 	return GNP_OK;
@@ -126,7 +130,7 @@ static void wait_a_little(struct gnp_prepared_cache *cache)
 {
 	enum { TICK = 30000000, SECOND = 1000000000 };
 	struct timespec until;
-	clock_gettime(CLOCK_REALTIME, &until);
+	clock_gettime(CLOCK_MONOTONIC, &until);
 	until.tv_nsec += TICK;
 	until.tv_sec += until.tv_nsec / SECOND;
 	until.tv_nsec %= SECOND;

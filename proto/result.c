@@ -1,8 +1,136 @@
 #include "result.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "memory.h"
+
+/* ---- What is known before ---- */
+
+/* The outputs a call will answer. */
+struct plan {
+	const struct gnp_call *call;
+	const struct gnp_tensor_info *points; /* of the outputs; NULL: the answer stands beside the request's */
+	uint64_t outputs;
+};
+
+static const struct gnp_tensor_info *planned(const struct plan *plan, size_t i)
+{
+	return plan->outputs >> i & 1 ? &plan->call->operation->outputs[i] : NULL;
+}
+
+static const struct gnp_tensor_info *find_planned(const struct plan *plan, const char *name)
+{
+	for (size_t i = 0; i < plan->call->operation->output_count; i++)
+		if (planned(plan, i) && strcmp(planned(plan, i)->name, name) == 0)
+			return planned(plan, i);
+	return NULL;
+}
+
+static struct plan make_plan(const struct gnp_call *call)
+{
+	struct plan plan = {.call = call, .outputs = gnp_call_outputs(call)};
+	plan.points = find_planned(&plan, "points");
+	return plan;
+}
+
+enum fit { NEVER, MAYBE, ALWAYS };
+
+/* Whether an output will have as many rows as the points. */
+static enum fit rows_fit(const struct plan *plan, const struct gnp_tensor_info *output)
+{
+	int64_t extent = plan->points ? plan->points->shape[0] : -1;
+	size_t want = gnp_call_rows(plan->call, extent), rows = gnp_call_rows(plan->call, output->shape[0]);
+	if (output->shape[0] == extent)
+		return ALWAYS;
+	if (want == GNP_ROWS_OPEN || rows == GNP_ROWS_OPEN)
+		return MAYBE;
+	return rows == want ? ALWAYS : NEVER;
+}
+
+/* Columns of an output, those of open extents left aside; no more than one too many. */
+static size_t columns_of(const struct plan *plan, const struct gnp_tensor_info *output)
+{
+	size_t columns = 1;
+	for (unsigned d = 1; d < output->rank; d++) {
+		size_t extent = gnp_call_rows(plan->call, output->shape[d]);
+		if (extent < GNP_ROWS_OTHER && (!gnp_size_multiply(columns, extent, &columns) || columns > GNP_FORMAT_COLUMNS_MAX))
+			return GNP_FORMAT_COLUMNS_MAX + 1;
+	}
+	return columns;
+}
+
+static bool has_too_many_columns(const struct plan *plan)
+{
+	size_t columns = 1 + (plan->points ? 0 : 3);
+	for (size_t i = 0; i < plan->call->operation->output_count; i++)
+		if (planned(plan, i) && rows_fit(plan, planned(plan, i)) == ALWAYS)
+			columns += columns_of(plan, planned(plan, i));
+	return columns > GNP_FORMAT_COLUMNS_MAX;
+}
+
+/* The best any of the outputs fits in rows; with `wanted` the worst of those that must not be left out. */
+static enum fit fit_in_rows(const struct plan *plan, bool wanted)
+{
+	bool named = gnp_call_names_outputs(plan->call);
+	enum fit best = NEVER, worst = ALWAYS;
+	for (size_t i = 0; i < plan->call->operation->output_count; i++) {
+		const struct gnp_tensor_info *output = planned(plan, i);
+		if (!output)
+			continue;
+		enum fit fit = rows_fit(plan, output);
+		best = fit > best ? fit : best;
+		if (fit < worst && (named || !output->optional))
+			worst = fit;
+	}
+	return wanted && worst < best ? worst : best;
+}
+
+static size_t arrays_beside_points(const struct plan *plan)
+{
+	return (size_t)__builtin_popcountll(plan->outputs) - (plan->points != NULL);
+}
+
+static bool is_one_array(const struct plan *plan)
+{
+	size_t arrays = arrays_beside_points(plan);
+	return arrays == 1 || (arrays == 0 && plan->points);
+}
+
+static bool is_matrix(const struct plan *plan)
+{
+	return find_planned(plan, "row_offsets") && find_planned(plan, "columns") && find_planned(plan, "values");
+}
+
+bool gnp_result_fits(enum gnp_format format, const struct gnp_call *call)
+{
+	struct plan plan = make_plan(call);
+	if (format == GNP_FORMAT_NPY)
+		return is_one_array(&plan);
+	if (format == GNP_FORMAT_MTX)
+		return is_matrix(&plan);
+	return !gnp_format_of_rows(format) || (fit_in_rows(&plan, true) == ALWAYS && !has_too_many_columns(&plan));
+}
+
+gnp_status gnp_result_check(enum gnp_format format, const struct gnp_call *call, struct gnp_error *error)
+{
+	struct plan plan = make_plan(call);
+	if (format == GNP_FORMAT_NPY && !is_one_array(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npy: holds one array beside points, the answer has %zu: ask for npz or one output",
+		                     arrays_beside_points(&plan));
+	if (format == GNP_FORMAT_MTX && !is_matrix(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "mtx: needs row_offsets, columns and values, a sparse matrix, which %s does not answer",
+		                     call->operation->name);
+	if (gnp_format_of_rows(format) && fit_in_rows(&plan, false) == NEVER)
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: the points have %zu rows, and none of the outputs has: ask for npz or json",
+		                     gnp_format_name(format), call->points);
+	if (gnp_format_of_rows(format) && has_too_many_columns(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", gnp_format_name(format),
+		                     GNP_FORMAT_COLUMNS_MAX);
+	return GNP_OK;
+}
+
+/* ---- Encoding ---- */
 
 static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *tensor, struct gnp_error *error)
 {

@@ -108,6 +108,8 @@ gnp_status gnp_tensors_add(struct gnp_tensors *tensors, const char *name, enum g
 	gnp_status status = tensor_bytes(name, datatype, rank, shape, &bytes, error);
 	if (status == GNP_OK)
 		status = grow(tensors, error);
+	if (status == GNP_OK)
+		status = gnp_budget_reserve(tensors->budget, bytes, error);
 	if (status != GNP_OK)
 		return status;
 	void *data = gnp_array_new(bytes, 1);

@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "budget.h"
 #include "status.h"
 
 /* enumerator, Open Inference Protocol name, bytes an element (0: variable) */
@@ -43,6 +44,7 @@ struct gnp_tensor {
 struct gnp_tensors {
 	size_t count, capacity;
 	struct gnp_tensor *items;
+	const struct gnp_budget *budget; /* borrowed: asked for the bytes of every tensor that gnp_tensors_add makes; NULL: nobody is */
 };
 
 /* What a tensor of an operation is. shape: -1 for the number of points; -2, -3, ... for other free extents. */
@@ -52,7 +54,7 @@ struct gnp_tensor_info {
 	                               outputs: GNP_FP32 for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is */
 	unsigned rank;
 	int64_t shape[4];
-	bool optional;
+	bool optional;              /* of outputs: an answer whose format has no place for it is whole without it */
 	const char *help;
 };
 
@@ -63,7 +65,7 @@ char gnp_extent_letter(int64_t extent);
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements);
 
 /* Appends an uninitialised owned tensor (data allocated) and returns it through out; its address is valid until the next
- * append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY. */
+ * append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY, and whatever the budget answers. */
 gnp_status gnp_tensors_add(struct gnp_tensors *tensors, const char *name, enum gnp_datatype datatype, unsigned rank,
                            const size_t *shape, struct gnp_tensor **out, struct gnp_error *error);
 /* The same with data of the right size that is borrowed (owned false) or taken over, freed by free() (owned true). */

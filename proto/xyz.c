@@ -1,4 +1,4 @@
-/* XYZ, TXT, CSV, PTS: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
+/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
  * names x, y and z names the columns; without one the first three are the point and, of exactly six, the rest the normal. */
 #include <ctype.h>
 #include <math.h>
@@ -19,7 +19,8 @@ struct table {
 	size_t named;   /* columns of the heading */
 	size_t columns; /* of the first row */
 	size_t rows, capacity;
-	double *values; /* (rows, columns) */
+	double *values; /* (capacity, columns) */
+	const struct gnp_budget *budget; /* holds what values take */
 	struct gnp_error *error;
 };
 
@@ -91,13 +92,24 @@ static gnp_status bad_line(struct table *t, const char *start, const char *stop)
 	                     (int)(length < 40 ? length : 40), start, t->columns ? "the first row's count of" : "3 or more");
 }
 
+/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a separator a number. */
+static size_t next_capacity(const struct table *t)
+{
+	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns), more = t->capacity + t->capacity / 2 + 1024;
+	return more < most ? more : most;
+}
+
 static gnp_status grow(struct table *t)
 {
 	if (t->rows < t->capacity)
 		return GNP_OK;
-	size_t capacity = t->capacity ? 2 * t->capacity : 1024, bytes;
+	size_t width = t->columns * sizeof *t->values, capacity = next_capacity(t), bytes;
 	double *values = NULL;
-	if (gnp_size_multiply(capacity, t->columns * sizeof *values, &bytes))
+	bool fits = gnp_size_multiply(capacity, width, &bytes);
+	gnp_status status = fits ? gnp_budget_reserve(t->budget, bytes - t->capacity * width, t->error) : GNP_OK;
+	if (status != GNP_OK)
+		return status;
+	if (fits)
 		values = realloc(t->values, bytes);
 	if (!values)
 		return gnp_error_set(t->error, GNP_OUT_OF_MEMORY, "xyz: no memory for %zu rows", capacity);
@@ -152,8 +164,9 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 			status = read_row(t, start, stop);
 		else if (!t->columns)
 			read_heading(t, start, stop);
-		if (status == GNP_OK)
-			status = gnp_decode_check_points(decode, t->rows, t->error);
+		if (status == GNP_OK && decode->wants.max_points && t->rows > decode->wants.max_points)
+			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu", decode->wants.max_points,
+			                       decode->wants.max_points);
 		if (status != GNP_OK)
 			return status;
 	}
@@ -202,16 +215,17 @@ static gnp_status make_tensors(struct table *t, const struct gnp_decode *decode,
 
 gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	struct table t = {.p = (const char *)decode->body, .error = error};
+	struct table t = {.p = (const char *)decode->body, .budget = tensors->budget, .error = error};
 	t.end = t.p + decode->size;
 	gnp_status status = read_lines(&t, decode);
 	if (status == GNP_OK)
 		status = make_tensors(&t, decode, tensors);
 	free(t.values);
+	gnp_budget_release(t.budget, t.capacity * t.columns * sizeof *t.values);
 	return status;
 }
 
-static gnp_status write_row(const struct gnp_row_item *items, size_t count, size_t row, size_t rows,
+static gnp_status write_row(const struct gnp_row_item *items, size_t count, size_t row, size_t rows, char separator,
                             struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_reserve(buffer, count * (GNP_NUMBER_LENGTH_MAX + 1), error);
@@ -223,10 +237,25 @@ static gnp_status write_row(const struct gnp_row_item *items, size_t count, size
 		size_t width = tensor->size / rows / gnp_datatype_size(tensor->datatype);
 		double value = gnp_tensor_get(tensor, row * width + items[i].item);
 		p += tensor->datatype == GNP_FP32 ? gnp_number_write_float(p, (float)value) : gnp_number_write_double(p, value);
-		*p++ = i + 1 < count ? ' ' : '\n';
+		*p++ = i + 1 < count ? separator : '\n';
 	}
 	buffer->size = (size_t)(p - (char *)buffer->data);
 	return GNP_OK;
+}
+
+/* A heading, which begins with `lead`, and the rows. */
+static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
+{
+	size_t rows = items[0].tensor->shape[0];
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s%s", lead, items[0].name);
+	for (size_t i = 1; i < count && status == GNP_OK; i++)
+		status = gnp_buffer_printf(buffer, error, "%c%s", separator, items[i].name);
+	if (status == GNP_OK)
+		status = gnp_buffer_append(buffer, "\n", 1, error);
+	for (size_t row = 0; row < rows && status == GNP_OK; row++)
+		status = write_row(items, count, row, rows, separator, buffer, error);
+	return status;
 }
 
 gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
@@ -238,13 +267,22 @@ gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	if (status != GNP_OK)
 		return status;
 	status = gnp_write_comments(comments, "# ", buffer, error);
-	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "%s%s", i ? " " : "# ", items[i].name);
 	if (status == GNP_OK)
-		status = gnp_buffer_append(buffer, "\n", 1, error);
-	size_t rows = items[0].tensor->shape[0];
-	for (size_t row = 0; row < rows && status == GNP_OK; row++)
-		status = write_row(items, count, row, rows, buffer, error);
+		status = write_table(items, count, "# ", ' ', buffer, error);
+	free(items);
+	return status;
+}
+
+gnp_status gnp_csv_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                          struct gnp_error *error)
+{
+	struct gnp_row_item *items;
+	size_t count;
+	(void)comments; /* the format has no place for them */
+	gnp_status status = gnp_row_items(tensors, "csv", "", false, &items, &count, error);
+	if (status != GNP_OK)
+		return status;
+	status = write_table(items, count, "", ',', buffer, error);
 	free(items);
 	return status;
 }

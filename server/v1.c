@@ -1,5 +1,6 @@
 /* Files in, files out. The input's format: Content-Type, else the body's first bytes, else ?format=. The output's: Accept,
- * else ?format=, else the input's where it can be written, else PLY. All other query parameters are the operation's. */
+ * else ?format=, else the input's where it can be written, else PLY; one that nobody asked for gives way to NPZ where it has no place
+ * for the answer. All other query parameters are the operation's. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +21,7 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 			continue;
 		if (!gnp_format_by_name(value->string, format))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, pcd, obj, vtk, mtx, json", value->string);
+			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, csv, pcd, obj, vtk, mtx, json", value->string);
 		free(value->name);
 		free(value->string);
 		*value = values->items[--values->count];
@@ -48,20 +49,22 @@ static gnp_status input_format(const struct gnpd_work *work, const unsigned char
 }
 
 static gnp_status output_format(const struct gnpd_work *work, bool named, enum gnp_format wanted,
-                                enum gnp_format input, enum gnp_format *format, struct gnp_error *error)
+                                enum gnp_format input, struct gnp_format_choice *output, struct gnp_error *error)
 {
-	*format = named ? wanted : gnp_format_writable(input) ? input : GNP_FORMAT_PLY;
-	if (work->accept && !gnp_format_by_accept(work->accept, format))
+	output->format = named ? wanted : gnp_format_writable(input) ? input : GNP_FORMAT_PLY;
+	output->media_type = gnp_format_media_type(output->format);
+	output->asked = named;
+	if (work->accept && !gnp_format_by_accept(work->accept, output))
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "Accept: got \"%.100s\", none of its types can be written",
 		                     work->accept);
-	if (!gnp_format_writable(*format))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format: %s can only be read", gnp_format_name(*format));
+	if (!gnp_format_writable(output->format))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format: %s can only be read", gnp_format_name(output->format));
 	return GNP_OK;
 }
 
 static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error)
 {
-	enum gnp_format wanted = GNP_FORMAT_PLY, input = GNP_FORMAT_PLY, output;
+	enum gnp_format wanted = GNP_FORMAT_PLY, input = GNP_FORMAT_PLY;
 	bool named;
 	gnp_status status = gnpd_query_parse(work->query, &work->message.parameters, error);
 	if (status == GNP_OK)
@@ -69,19 +72,29 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 	if (status == GNP_OK)
 		status = input_format(work, body, size, named, wanted, &input, error);
 	if (status == GNP_OK)
-		status = output_format(work, named, wanted, input, &output, error);
+		status = output_format(work, named, wanted, input, &work->output, error);
 	if (status != GNP_OK)
 		return status;
-	work->output_format = output;
 	const struct gnp_operation *operation = work->operation;
-	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count};
+	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, true};
 	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
+}
+
+static gnp_status plan(struct gnpd_work *work, struct gnp_error *error)
+{
+	struct gnp_format_choice *output = &work->output;
+	if (!output->asked && !gnp_result_fits(output->format, &work->call)) {
+		if (output->media_type == gnp_format_media_type(output->format))
+			output->media_type = gnp_format_media_type(GNP_FORMAT_NPZ);
+		output->format = GNP_FORMAT_NPZ;
+	}
+	return gnp_result_check(output->format, &work->call, error);
 }
 
 static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
-	work->reply->content_type = gnp_format_media_type(work->output_format);
-	return gnp_result_encode(work->output_format, &work->message, &work->response, &work->reply->body, error);
+	work->reply->content_type = work->output.media_type;
+	return gnp_result_encode(work->output.format, &work->message, &work->response, &work->reply->body, error);
 }
 
 static gnp_status timeout(const struct gnp_value *value, double *seconds, struct gnp_error *error)
@@ -89,7 +102,7 @@ static gnp_status timeout(const struct gnp_value *value, double *seconds, struct
 	return gnpd_duration_parse("timeout", value->string, seconds, error);
 }
 
-const struct gnpd_codec gnpd_codec_file = {.name = "file", .decode = decode, .encode = encode, .timeout = timeout};
+const struct gnpd_codec gnpd_codec_file = {.name = "file", .decode = decode, .plan = plan, .encode = encode, .timeout = timeout};
 
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error)
 {

@@ -12,12 +12,26 @@
 /* No deflate stream expands more than 1032 times. */
 enum { EXPANSION_MAX = 1032 };
 
+static gnp_status take_bytes(void *context, size_t bytes, struct gnp_error *error)
+{
+	struct gnpd_work *work = context;
+	gnp_status status = gnpd_work_reserve(work, bytes, error);
+	work->out_of_bytes = status != GNP_OK;
+	return status;
+}
+
+static void give_bytes(void *context, size_t bytes)
+{
+	gnpd_work_release(context, bytes);
+}
+
 void gnpd_work_init(struct gnpd_work *work, struct gnpd_server *server, struct gnpd_reply *reply)
 {
 	memset(work, 0, sizeof *work);
 	work->server = server;
 	work->reply = reply;
 	work->models = gnpd_loader_models(server->loader);
+	work->budget = (struct gnp_budget){take_bytes, give_bytes, work};
 	gnp_task_init(&work->task);
 }
 
@@ -119,7 +133,7 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 	gnp_status status = gnpd_work_reserve(work, most, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnp_content_decode(work->content_encoding, work->body.data, work->body.size, limit, &work->decoded, error);
+	status = gnp_content_decode(work->content_encoding, work->body.data, work->body.size, most, &work->decoded, error);
 	if (status == GNP_TOO_LARGE)
 		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
 	if (status == GNP_OK && work->decoded.capacity < most)
@@ -127,20 +141,21 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 	return status;
 }
 
-/* The Open Inference Protocol where its header is there, or a body called JSON is one of its requests; files else. */
+/* The Open Inference Protocol where its header is there, or a body is one of its requests that is called JSON or no format at all, as by
+ * clients that say nothing or what they say of any body; files else. */
 static const struct gnpd_codec *choose_codec(const struct gnpd_work *work, const unsigned char *body, size_t size)
 {
 	enum gnp_format format;
-	bool json = work->content_type && gnp_format_by_media_type(work->content_type, &format) && format == GNP_FORMAT_JSON;
-	if (work->inference_length || (json && gnp_oip_is_request(body, size)))
+	bool named = work->content_type && gnp_format_by_media_type(work->content_type, &format);
+	if (work->inference_length || ((!named || format == GNP_FORMAT_JSON) && gnp_oip_is_request(body, size)))
 		return &gnpd_codec_oip;
 	return &gnpd_codec_file;
 }
 
-/* Counts a refusal for too many points, or too much around them. */
+/* Counts a refusal for too many points, or too much around them; one for memory was counted when it was asked for. */
 static gnp_status count_points(const struct gnpd_work *work, gnp_status status)
 {
-	if (status == GNP_TOO_LARGE)
+	if (status == GNP_TOO_LARGE && !work->out_of_bytes)
 		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_POINTS);
 	return status;
 }
@@ -160,6 +175,7 @@ static gnp_status decode(struct gnpd_work *work, struct gnp_error *error)
 		return status;
 	if (!work->codec)
 		work->codec = choose_codec(work, body->data, body->size);
+	work->message.inputs.budget = &work->budget;
 	return count_points(work, work->codec->decode(work, body->data, body->size, error));
 }
 
@@ -184,6 +200,8 @@ gnp_status gnpd_work_check(struct gnpd_work *work, struct gnp_error *error)
 		status = apply_timeout(work, error);
 	if (status == GNP_OK)
 		status = count_points(work, gnp_call_prepare(work->operation, &work->message, &limits, &work->call, error));
+	if (status == GNP_OK && work->codec->plan)
+		status = work->codec->plan(work, error);
 	work->call.checkpoint = work->checkpoint;
 	return status;
 }

@@ -21,6 +21,8 @@ struct gnpd_codec {
 	const char *name; /* as records of jobs call it */
 	/* Fills work->message from the body, whose content encoding is already undone. */
 	gnp_status (*decode)(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error);
+	/* Settles from work->call what form the answer will have, before it is computed; NULL: there is but one. */
+	gnp_status (*plan)(struct gnpd_work *work, struct gnp_error *error);
 	/* Fills work->reply from work->response. */
 	gnp_status (*encode)(struct gnpd_work *work, struct gnp_error *error);
 	/* Seconds of the message's parameter `timeout`; 0: it has none. */
@@ -40,6 +42,8 @@ struct gnpd_work {
 	struct gnp_buffer body;        /* as received; owned */
 	size_t reserved;               /* of the queue's bytes */
 	bool patient;                  /* asks again for what it is refused: that it has to wait is not counted */
+	struct gnp_budget budget;      /* what decoding asks for bytes of them */
+	bool out_of_bytes;             /* it was refused some */
 
 	double begun;                  /* gnp_clock() from which time limits count */
 	_Atomic double deadline;       /* gnp_clock(); whoever watches the work stops it after that */
@@ -53,7 +57,7 @@ struct gnpd_work {
 	struct gnp_request message;    /* borrows from body or decoded */
 	struct gnp_call call;
 	struct gnp_response response;
-	enum gnp_format output_format; /* of files */
+	struct gnp_format_choice output; /* of files */
 	struct gnpd_reply *reply;      /* borrowed: where the answer goes */
 };
 

@@ -74,6 +74,22 @@ static void members_of_gzip_are_joined(void)
 	CHECK(!out.data);
 }
 
+/* Memory is reserved for max_size bytes and no more; the buffer grew by half beyond them. */
+static void no_more_is_allocated_than_allowed(void)
+{
+	enum { PLAIN = 3000000 };
+	unsigned char *zeros = calloc(1, PLAIN), *body = malloc(1 << 16);
+	size_t size = compress_with(GZIP, zeros, PLAIN, body, 1 << 16);
+	for (size_t most = PLAIN; most < PLAIN + 5; most += 4) {
+		struct gnp_buffer out = {0};
+		CHECK(decode("gzip", body, size, most, &out, NULL) == GNP_OK);
+		CHECK(out.size == PLAIN && out.capacity <= most);
+		gnp_buffer_clear(&out);
+	}
+	free(zeros);
+	free(body);
+}
+
 static void a_bomb_stops_at_the_limit(void)
 {
 	enum { PLAIN = 64 << 20, LIMIT = 1 << 20 };
@@ -131,7 +147,7 @@ static void other_encodings_are_not_supported(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(every_encoding_decodes), TEST(members_of_gzip_are_joined), TEST(a_bomb_stops_at_the_limit),
+	static const struct test tests[] = {TEST(every_encoding_decodes), TEST(members_of_gzip_are_joined), TEST(no_more_is_allocated_than_allowed), TEST(a_bomb_stops_at_the_limit),
 	                                    TEST(damaged_bodies_are_refused), TEST(an_empty_body_of_nothing_decodes),
 	                                    TEST(other_encodings_are_not_supported)};
 	return RUN_TESTS(tests);

@@ -143,7 +143,7 @@ static void requested_outputs_override_quantities(void)
 {
 	struct gnp_request request = {0};
 	struct gnp_call call;
-	add(&request, "points", GNP_INT16, 5, 3);
+	add(&request, "points", GNP_INT16, 50, 3);
 	gnp_values_add_string(&request.parameters, "quantities", "all", NULL);
 	gnp_values_add_number(&request.parameters, "k", 40.0, NULL);
 	gnp_values_add_integer(&request.parameters, "priority", 3, NULL);
@@ -153,12 +153,43 @@ static void requested_outputs_override_quantities(void)
 	ask(&request, "metric");
 	CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, NULL) == GNP_OK);
 	const struct gnp_estimate_options *options = (const void *)call.options;
-	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 5 && call.memory > 0);
+	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 50 && call.memory > 0);
 	ask(&request, "metric");
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "output \"metric\": asked for twice");
 	add(&request, "points", GNP_FP32, 5, 3);
 	ask(&request, "colour");
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "unknown output \"colour\", known: points, normals");
+}
+
+/* What is wrong with numbers alone is said before anything is computed; a job was taken and failed. */
+static void too_few_points_are_known_before(void)
+{
+	static const struct {
+		const char *operation, *name, *value;
+		size_t points;
+		const char *text;
+	} cases[] = {{"estimate", "k", "30", 29, "points: got 29, need at least 30"},
+	             {"estimate", "k", "400", 300, "points: got 300, need at least 400"},
+	             {"estimate", "degree", "7", 300, "k: got 30, need at least 64 for degree 7"},
+	             {"filter", "k", "31", 30, "points: got 30, need at least 31"},
+	             {"flow", "k", "31", 30, "points: got 30, need at least "},
+	             {"flow", "outputs", "snapshot_points", 300, "snapshot_points: needs snapshot_every, got 0, need at least 1"},
+	             {"laplacian", "stencil", "14", 300, "stencil: got 14, need 0 or at least 21 for function_degree 5"},
+	             {"laplacian", "k", "12", 11, "points: got 11, need at least 12"},
+	             {"spectrum", "count", "10", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
+	             {"spectrum", "count", "10", 1, "points: got 1, need at least 136"},
+	             {"geodesic", "source", "300", 300, "source: got 300, need at most 299"}};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		struct gnp_request request = {0};
+		struct gnp_call call;
+		struct gnp_error error = {0};
+		add(&request, "points", GNP_FP32, cases[i].points, 3);
+		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
+		gnp_values_add_string(&request.parameters, cases[i].name, cases[i].value, NULL);
+		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call, &error) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, cases[i].text);
+		gnp_request_clear(&request);
+	}
 }
 
 /* A Fibonacci sphere of radius 2. */
@@ -290,7 +321,7 @@ int main(int argc, char **argv)
 	                                    TEST(default_texts_equal_the_defaults),
 	                                    TEST(set_bits_are_the_quantities),
 	                                    TEST(requests_are_checked),
-	                                    TEST(requested_outputs_override_quantities),
+	                                    TEST(requested_outputs_override_quantities), TEST(too_few_points_are_known_before),
 	                                    TEST(a_sphere_has_its_curvatures),
 	                                    TEST(a_failed_run_leaves_no_outputs),
 	                                    TEST(the_openapi_document_in_the_tree_is_current),

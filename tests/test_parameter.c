@@ -30,10 +30,9 @@ static void defaults(void *options)
 	*(struct options *)options = (struct options){3, 0.1, NAN, true, 0};
 }
 
-static size_t memory(size_t points, const void *options)
+static size_t memory(const struct gnp_call *call)
 {
-	(void)options;
-	return points;
+	return call->points;
 }
 
 static const struct gnp_operation operation = {

@@ -117,6 +117,7 @@ static void every_type_survives_every_format(void)
 		{GNP_FORMAT_JSON, GNP_BOOL, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
 		{GNP_FORMAT_PLY, GNP_UINT8, GNP_INT32, GNP_FP64, GNP_INT32, GNP_FP64},
 		{GNP_FORMAT_XYZ, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
+		{GNP_FORMAT_CSV, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
 		struct gnp_response response = {0};
@@ -162,10 +163,83 @@ static void vtk_and_npy_hold_every_type(void)
 	gnp_buffer_clear(&vtk);
 }
 
+/* What is known of an answer before it is computed, by operation, outputs ("" for those by default) and format. */
+static void formats_are_judged_before_the_work(void)
+{
+	static const struct {
+		const char *operation, *name, *value;
+		enum gnp_format format;
+		bool fits;
+		const char *refusal; /* "" where it is taken when asked for */
+	} cases[] = {
+		{"estimate", "", "", GNP_FORMAT_PLY, true, ""},
+		{"estimate", "", "", GNP_FORMAT_NPZ, true, ""},
+		{"estimate", "", "", GNP_FORMAT_NPY, false, "npy: holds one array beside points, the answer has 3: ask for npz or one output"},
+		{"estimate", "quantities", "normals", GNP_FORMAT_NPY, true, ""},
+		{"estimate", "", "", GNP_FORMAT_MTX, false, "mtx: needs row_offsets, columns and values, a sparse matrix, which estimate does not answer"},
+		{"filter", "", "", GNP_FORMAT_PLY, true, ""}, /* keep and deviation may be left out */
+		{"filter", "outputs", "all", GNP_FORMAT_XYZ, true, ""},
+		{"filter", "outputs", "keep,points", GNP_FORMAT_PLY, false, ""}, /* unless they are named */
+		{"filter", "outputs", "keep", GNP_FORMAT_PLY, true, ""},
+		{"filter", "outputs", "points", GNP_FORMAT_NPY, true, ""},
+		{"filter", "outputs", "index", GNP_FORMAT_PLY, false, ""}, /* all points may be kept */
+		{"flow", "", "", GNP_FORMAT_PLY, true, ""},
+		{"flow", "outputs", "record", GNP_FORMAT_PLY, false, ""},
+		{"laplacian", "", "", GNP_FORMAT_MTX, true, ""},
+		{"laplacian", "", "", GNP_FORMAT_PLY, false, ""}, /* kept has a row a point, the operator has not */
+		{"laplacian", "outputs", "values,columns", GNP_FORMAT_PLY, false, "ply: the points have 200 rows, and none of the outputs has"},
+		{"laplacian", "outputs", "values", GNP_FORMAT_MTX, false, "mtx: needs row_offsets, columns and values"},
+		{"laplacian", "", "", GNP_FORMAT_JSON, true, ""},
+		{"spectrum", "", "", GNP_FORMAT_PLY, false, ""},
+		{"spectrum", "outputs", "eigenvectors", GNP_FORMAT_PLY, true, ""},
+		{"spectrum", "outputs", "eigenvalues", GNP_FORMAT_VTK, false, "vtk: the points have 200 rows, and none of the outputs has"},
+		{"geodesic", "", "", GNP_FORMAT_NPY, true, ""},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+		enum { POINTS = 200 };
+		struct gnp_request request = {0};
+		struct gnp_call call;
+		struct gnp_tensor *points;
+		struct gnp_error error = {0};
+		CHECK(gnp_tensors_add(&request.inputs, "points", GNP_FP32, 2, (size_t[]){POINTS, 3}, &points, NULL) == GNP_OK);
+		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
+		if (*cases[i].name)
+			gnp_values_add_string(&request.parameters, cases[i].name, cases[i].value, NULL);
+		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call, &error) == GNP_OK);
+		CHECK_STRING(error.text, "");
+		if (gnp_result_fits(cases[i].format, &call) != cases[i].fits)
+			CHECK_STRING(cases[i].operation, cases[i].value);
+		CHECK(gnp_result_check(cases[i].format, &call, &error) == (*cases[i].refusal ? GNP_NOT_ACCEPTABLE : GNP_OK));
+		CHECK_CONTAINS(error.text, cases[i].refusal);
+		gnp_request_clear(&request);
+	}
+}
+
+/* A column a right-hand side: more than a table may have is known from the request. */
+static void too_many_columns_are_known_before(void)
+{
+	enum { POINTS = 200 };
+	for (size_t sides = 4000; sides <= 5000; sides += 1000) {
+		struct gnp_request request = {0};
+		struct gnp_call call;
+		struct gnp_tensor *tensor;
+		struct gnp_error error = {0};
+		CHECK(gnp_tensors_add(&request.inputs, "points", GNP_FP32, 2, (size_t[]){POINTS, 3}, &tensor, NULL) == GNP_OK);
+		CHECK(gnp_tensors_add(&request.inputs, "source", GNP_UINT8, 2, (size_t[]){POINTS, sides}, &tensor, NULL) == GNP_OK);
+		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
+		CHECK(gnp_call_prepare(gnp_operation_find("poisson"), &request, NULL, &call, NULL) == GNP_OK);
+		CHECK(gnp_result_fits(GNP_FORMAT_PLY, &call) == (sides == 4000));
+		CHECK(gnp_result_check(GNP_FORMAT_PLY, &call, &error) == (sides == 4000 ? GNP_OK : GNP_NOT_ACCEPTABLE));
+		CHECK_STRING(error.text, sides == 4000 ? "" : "ply: more than 4096 columns: ask for npz");
+		gnp_request_clear(&request);
+	}
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(rows_leave_out_what_has_others_and_say_so), TEST(outputs_without_points_stand_beside_the_cloud),
 	                                    TEST(nothing_to_carry_is_an_error), TEST(every_type_survives_every_format),
-	                                    TEST(vtk_and_npy_hold_every_type)};
+	                                    TEST(vtk_and_npy_hold_every_type), TEST(formats_are_judged_before_the_work),
+	                                    TEST(too_many_columns_are_known_before)};
 	return RUN_TESTS(tests);
 }

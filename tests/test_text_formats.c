@@ -181,8 +181,12 @@ static char *encode(enum gnp_format format, const struct gnp_tensors *tensors, s
 static void xyz_and_json_are_written_and_read_back(void)
 {
 	struct gnp_tensors tensors = {0}, back = {0};
-	struct gnp_buffer xyz = {0}, json = {0};
+	struct gnp_buffer xyz = {0}, csv = {0}, json = {0};
 	make_tensors(&tensors);
+	CHECK_STRING(encode(GNP_FORMAT_CSV, &tensors, &csv), "x,y,z,nx,ny,nz,metric_0,metric_1,metric_2,metric_3\n"
+	                                                     "1,2,3,0,0,1,0.1,0.2,0.3,0.4\n4,5,6,0,0,1,0.5,0.6,0.7,1e-20\n");
+	check_points(GNP_FORMAT_CSV, (char *)csv.data, csv.size, true);
+	gnp_buffer_clear(&csv);
 	CHECK_STRING(encode(GNP_FORMAT_XYZ, &tensors, &xyz), "# k 30\n# x y z nx ny nz metric_0 metric_1 metric_2 metric_3\n"
 	                                                     "1 2 3 0 0 1 0.1 0.2 0.3 0.4\n4 5 6 0 0 1 0.5 0.6 0.7 1e-20\n");
 	check_points(GNP_FORMAT_XYZ, (char *)xyz.data, xyz.size, true);
@@ -306,14 +310,16 @@ static void formats_are_told_apart(void)
 		enum gnp_format format;
 	} magics[] = {{"ply\r\nformat", GNP_FORMAT_PLY}, {"\x93NUMPY\1", GNP_FORMAT_NPY}, {"PK\3\4", GNP_FORMAT_NPZ},
 	              {"# .PCD v.7\n", GNP_FORMAT_PCD}, {"VERSION .7\n", GNP_FORMAT_PCD}, {" {\"points\"", GNP_FORMAT_JSON},
-	              {"# c\nv 1 2 3", GNP_FORMAT_OBJ}, {"# c\n-1.5 2", GNP_FORMAT_XYZ}, {"# vtk DataFile", GNP_FORMAT_VTK}};
+	              {"# c\nv 1 2 3", GNP_FORMAT_OBJ}, {"# c\n-1.5 2", GNP_FORMAT_XYZ}, {"# vtk DataFile", GNP_FORMAT_VTK},
+	              {"nan 0 0\n", GNP_FORMAT_XYZ}, {"# c\nInf,1,2", GNP_FORMAT_XYZ}};
 	enum gnp_format format = GNP_FORMAT_COUNT;
 	for (size_t i = 0; i < sizeof magics / sizeof magics[0]; i++)
 		CHECK(gnp_format_by_magic((const unsigned char *)magics[i].bytes, strlen(magics[i].bytes), &format) && format == magics[i].format);
 	format = GNP_FORMAT_COUNT;
 	CHECK(!gnp_format_by_magic((const unsigned char *)"", 0, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"\x7f" "ELF", 4, &format));
-	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_XYZ);
+	CHECK(!gnp_format_by_magic((const unsigned char *)"nano 1 2", 8, &format));
+	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_CSV);
 	CHECK(!gnp_format_by_name("stl", &format));
 	CHECK(gnp_format_by_media_type("Model/PLY; charset=x", &format) && format == GNP_FORMAT_PLY);
 	CHECK(!gnp_format_by_media_type("application/octet-stream", &format));
@@ -323,26 +329,80 @@ static void formats_are_told_apart(void)
 		      gnp_format_by_media_type(gnp_format_media_type(f), &format) && format == (enum gnp_format)f);
 }
 
+/* The format an Accept header makes of PLY by default and what it is called; "" for none. */
 static void accept_headers(void)
 {
 	static const struct {
-		const char *accept;
-		bool known;
-		enum gnp_format want;
-	} cases[] = {{"application/x-npz", true, GNP_FORMAT_NPZ},
-	             {"*/*", true, GNP_FORMAT_PLY},
-	             {"text/html, application/json;q=0.5, application/x-npy;q=0.8", true, GNP_FORMAT_NPY},
-	             {"application/json ; q=0.2 , text/plain", true, GNP_FORMAT_XYZ},
-	             {"text/html", false, GNP_FORMAT_PLY},
-	             {"application/json;q=0", false, GNP_FORMAT_PLY},
-	             {"model/obj", false, GNP_FORMAT_PLY}, /* cannot be written */
-	             {"", false, GNP_FORMAT_PLY}};
+		const char *accept, *media_type;
+		enum gnp_format by_default, want;
+		bool asked;
+	} cases[] = {
+		{"application/x-npz", "application/x-npz", GNP_FORMAT_PLY, GNP_FORMAT_NPZ, true},
+		{"*/*", "application/ply", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"text/html, application/json;q=0.5, application/x-npy;q=0.8", "application/x-npy", GNP_FORMAT_PLY, GNP_FORMAT_NPY, true},
+		{"application/json ; q=0.2 , text/plain", "text/plain", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
+		{"text/html", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"application/json;q=0", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"model/obj", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false}, /* cannot be written */
+		{"", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		/* ranges: the default where they cover it, else the first they cover */
+		{"text/*", "text/plain", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
+		{"application/*", "application/json", GNP_FORMAT_JSON, GNP_FORMAT_JSON, false},
+		{"application/*", "application/ply", GNP_FORMAT_XYZ, GNP_FORMAT_PLY, false},
+		{"image/*", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"*/*, application/ply;q=0", "application/x-npy", GNP_FORMAT_PLY, GNP_FORMAT_NPY, false},
+		{"text/*, text/plain;q=0", "text/csv", GNP_FORMAT_PLY, GNP_FORMAT_CSV, true},
+		{"text/*, text/plain;q=0, text/csv;q=0.000", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"*/*, application/zip;q=0", "application/ply", GNP_FORMAT_PLY, GNP_FORMAT_PLY, true}, /* NPZ may not take its place */
+		/* the type that was asked for */
+		{"text/csv", "text/csv", GNP_FORMAT_PLY, GNP_FORMAT_CSV, true},
+		{"text/tab-separated-values", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false}, /* what is written has blanks */
+		{"text/x-xyz", "text/x-xyz", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
+		{"application/zip", "application/zip", GNP_FORMAT_PLY, GNP_FORMAT_NPZ, true},
+		{"application/octet-stream", "application/octet-stream", GNP_FORMAT_XYZ, GNP_FORMAT_XYZ, false},
+		/* q */
+		{"application/json;q=2", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+		{"application/json;q=1.001, text/plain;q=0.001", "text/plain", GNP_FORMAT_PLY, GNP_FORMAT_XYZ, true},
+		{"application/json;q=, text/plain;q=0.5x, application/x-npz;q=0.1234, application/x-npy;q=0.1", "application/x-npy", GNP_FORMAT_PLY,
+		 GNP_FORMAT_NPY, true},
+		{"application/json;q=1.000;v=1, text/plain;v=2;q=0.9", "application/json", GNP_FORMAT_PLY, GNP_FORMAT_JSON, true},
+		{";;q=1,,/*;*", "", GNP_FORMAT_PLY, GNP_FORMAT_PLY, false},
+	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-		enum gnp_format format = GNP_FORMAT_PLY;
-		bool known = gnp_format_by_accept(cases[i].accept, &format);
-		if (known != cases[i].known || format != cases[i].want)
-			CHECK_STRING(gnp_format_name(format), cases[i].accept);
+		struct gnp_format_choice choice = {cases[i].by_default, gnp_format_media_type(cases[i].by_default), false};
+		bool known = gnp_format_by_accept(cases[i].accept, &choice);
+		if (known != (*cases[i].media_type != 0) || choice.format != cases[i].want || choice.asked != cases[i].asked ||
+		    (known && strcmp(choice.media_type, cases[i].media_type) != 0))
+			CHECK_STRING(gnp_format_name(choice.format), cases[i].accept);
 	}
+}
+
+/* Members that are no input: parameters in a body had no effect and nobody was told. */
+static void unknown_members_of_json_are_refused(void)
+{
+	static const struct gnp_file_wants strict = {.inputs = inputs, .input_count = 3, .strict = true}, lenient = {.inputs = inputs, .input_count = 3};
+	static const char *const bodies[] = {"{\"points\":[[0,0,0]],\"k\":30}", "{\"points\":[[0,0,0]],\"k\":[1,2]}",
+	                                     "{\"k\":{\"k\":\"x\"},\"points\":[[0,0,0]]}"};
+	for (size_t i = 0; i < 3; i++) {
+		const unsigned char *body = (const unsigned char *)bodies[i];
+		struct gnp_tensors tensors = {0};
+		struct gnp_error error = {0};
+		CHECK(gnp_file_decode(GNP_FORMAT_JSON, body, strlen(bodies[i]), &strict, &tensors, &error) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, "json: unknown member \"k\", known: points, normals, ");
+		CHECK_CONTAINS(error.text, "; parameters go into the query");
+		CHECK(gnp_file_decode(GNP_FORMAT_JSON, body, strlen(bodies[i]), &lenient, &tensors, NULL) == GNP_OK);
+		gnp_tensors_clear(&tensors);
+	}
+}
+
+static void a_text_is_not_read_to_its_end_to_say_too_many(void)
+{
+	static const char text[] = "0 0 0\n1 1 1\n2 2 2\n3 3 3\n4 4 4\n";
+	struct gnp_tensors tensors = {0};
+	struct gnp_error error = {0};
+	CHECK(gnp_file_decode(GNP_FORMAT_XYZ, (const unsigned char *)text, strlen(text), &(struct gnp_file_wants){.max_points = 3}, &tensors, &error) ==
+	      GNP_TOO_LARGE);
+	CHECK_STRING(error.text, "points: got more than 3, need at most 3");
 }
 
 int main(int argc, char **argv)
@@ -350,6 +410,7 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {TEST(tables_of_numbers), TEST(rows_that_are_not_finite), TEST(pcd_files), TEST(obj_files), TEST(json_files),
 	                                    TEST(xyz_and_json_are_written_and_read_back), TEST(columns_are_inputs_by_their_names),
 	                                    TEST(arrays_are_inputs_by_their_names), TEST(vtk_is_big_endian),
-	                                    TEST(nan_has_no_json_form), TEST(formats_are_told_apart), TEST(accept_headers)};
+	                                    TEST(nan_has_no_json_form), TEST(formats_are_told_apart), TEST(accept_headers),
+	                                    TEST(unknown_members_of_json_are_refused), TEST(a_text_is_not_read_to_its_end_to_say_too_many)};
 	return RUN_TESTS(tests);
 }

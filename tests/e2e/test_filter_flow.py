@@ -89,7 +89,7 @@ def test_filter_outputs_beside_the_cloud(server):
     rows = [line.split() for line in lines if not line.startswith("#")]
     assert [line for line in lines if line.startswith("# x")] == ["# x y z keep deviation"]
     assert len(rows) == ON + FAR and [row[3] for row in rows] == ["1"] * ON + ["0"] * FAR
-    expect_error(server.post("/v1/filter?estimator=gmls&outputs=index", harness.ply(cloud)), 406, "not_acceptable",
+    expect_error(server.post("/v1/filter?estimator=gmls&outputs=index&format=ply", harness.ply(cloud)), 406, "not_acceptable",
                  "ply: the points have %d rows, and other numbers of rows have index: ask for npz or json" % (ON + FAR))
 
 

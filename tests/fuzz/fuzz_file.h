@@ -61,7 +61,7 @@ static inline void fuzz_wanted(enum gnp_format format, const unsigned char *body
 	static const struct gnp_tensor_info inputs[] = {{.name = "points", .datatype = GNP_FP32, .rank = 2, .shape = {-1, 3}},
 	                                                {.name = "fixed", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
 	                                                {.name = "source", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
-	static const struct gnp_file_wants wants = {FUZZ_POINTS_MAX, inputs, 3};
+	static const struct gnp_file_wants wants = {FUZZ_POINTS_MAX, inputs, 3, true};
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
 	gnp_status status = gnp_file_decode(format, body, size, &wants, &tensors, &error);

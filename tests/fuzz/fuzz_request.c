@@ -56,11 +56,12 @@ static void check_error(struct gnpd_request *request, const struct gnp_error *er
 static void check_headers(const struct gnpd_request *request)
 {
 	enum gnp_format format = GNP_FORMAT_PLY;
+	struct gnp_format_choice choice = {format, gnp_format_media_type(format), false};
 	size_t length;
 	if (request->work.content_type && gnp_format_by_media_type(request->work.content_type, &format))
 		FUZZ_REQUIRE(format < GNP_FORMAT_COUNT);
-	if (request->work.accept && gnp_format_by_accept(request->work.accept, &format))
-		FUZZ_REQUIRE(gnp_format_writable(format));
+	if (request->work.accept && gnp_format_by_accept(request->work.accept, &choice))
+		FUZZ_REQUIRE(gnp_format_writable(choice.format) && strchr(choice.media_type, '/'));
 	if (request->work.inference_length && gnp_oip_header_length(request->work.inference_length, 100, &length, NULL) == GNP_OK)
 		FUZZ_REQUIRE(length <= 100);
 	size_t first, count;
@@ -80,7 +81,7 @@ static void check_durations(const struct gnp_values *parameters)
 /* The query as parameters of the operation the path names, on a cloud of zeros. */
 static gnp_status check_query(struct gnpd_request *request, struct gnp_error *error)
 {
-	const size_t shape[] = {20, 3};
+	const size_t shape[] = {2200, 3}; /* enough for whatever is asked for */
 	struct gnp_tensor *points;
 	const struct gnp_operation *operation = request->model ? gnp_operation_find(request->model) : NULL;
 	gnp_status status = gnpd_query_parse(request->target.query, &request->work.message.parameters, error);
