@@ -24,13 +24,14 @@ struct run {
 /* ---- Gathering what it needs ---- */
 
 /* Asks `take` again and again while the answer is that others hold what is needed. */
-static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run, struct gnp_error *error), struct gnp_error *error)
+static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run, size_t bytes, struct gnp_error *error), size_t bytes,
+                             struct gnp_error *error)
 {
 	for (;;) {
 		struct gnp_error cause = {0};
 		gnp_status status = gnp_task_check(&run->work.task, &cause);
 		if (status == GNP_OK)
-			status = take(run, &cause);
+			status = take(run, bytes, &cause);
 		if (status != GNP_OVERLOADED) {
 			if (status != GNP_OK)
 				gnp_error_set(error, status, "%s", cause.text);
@@ -40,8 +41,9 @@ static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run
 	}
 }
 
-static gnp_status take_turn(struct run *run, struct gnp_error *error)
+static gnp_status take_turn(struct run *run, size_t none, struct gnp_error *error)
 {
+	(void)none;
 	return pthread_mutex_trylock(&run->jobs->turn) == 0 ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
 }
 
@@ -73,7 +75,8 @@ static void release_share(struct run *run, size_t bytes)
 	pthread_mutex_unlock(&run->jobs->lock);
 }
 
-static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error)
+/* Of the share and of the queue's bytes. */
+static gnp_status take_bytes(struct run *run, size_t bytes, struct gnp_error *error)
 {
 	gnp_status status = reserve_share(run, bytes, error);
 	if (status != GNP_OK)
@@ -86,33 +89,26 @@ static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error
 	return status;
 }
 
-static gnp_status reserve_body(struct run *run, struct gnp_error *error)
+/* Waits with what it holds: only one job gathers at a time, and those that compute end. */
+static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error)
 {
-	return reserve(run, run->job->record.body_bytes, error);
+	return be_patient(run, take_bytes, bytes, error);
 }
 
-static gnp_status reserve_checkpoint(struct run *run, struct gnp_error *error)
+/* The budget of its decoding. */
+static gnp_status reserve_decoded(void *context, size_t bytes, struct gnp_error *error)
 {
-	return reserve(run, run->checkpoint_bytes, error);
-}
-
-static gnp_status reserve_call(struct run *run, struct gnp_error *error)
-{
-	return reserve(run, run->work.call.memory, error);
-}
-
-/* What a check that found no memory leaves is let go before the next. */
-static gnp_status check(struct run *run, struct gnp_error *error)
-{
-	struct gnpd_work *work = &run->work;
-	size_t held = work->reserved;
-	gnp_status status = gnpd_work_check(work, error);
-	if (status != GNP_OVERLOADED)
-		return status;
-	gnp_request_clear(&work->message);
-	gnp_buffer_clear(&work->decoded);
-	gnpd_work_release(work, work->reserved - held);
+	struct run *run = context;
+	gnp_status status = reserve(run, bytes, error);
+	run->work.out_of_bytes = status != GNP_OK;
 	return status;
+}
+
+static void release_decoded(void *context, size_t bytes)
+{
+	struct run *run = context;
+	release_share(run, bytes);
+	gnpd_work_release(&run->work, bytes);
 }
 
 static gnp_status read_body(struct run *run, struct gnp_error *error)
@@ -142,7 +138,7 @@ static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
 	struct gnp_error cause = {0};
 	if (!run->checkpoint_bytes)
 		return GNP_OK;
-	gnp_status status = be_patient(run, reserve_checkpoint, &cause);
+	gnp_status status = reserve(run, run->checkpoint_bytes, &cause);
 	if (status == GNP_OK)
 		read_checkpoint(run);
 	if (status != GNP_TOO_LARGE)
@@ -156,16 +152,16 @@ static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
 /* Holds nothing while it waits for its turn; once it has all, others have theirs. */
 static gnp_status gather(struct run *run, struct gnp_error *error)
 {
-	gnp_status status = be_patient(run, take_turn, error);
+	gnp_status status = be_patient(run, take_turn, 0, error);
 	if (status != GNP_OK)
 		return status;
-	status = be_patient(run, reserve_body, error);
+	status = reserve(run, run->job->record.body_bytes, error);
 	if (status == GNP_OK)
 		status = read_body(run, error);
 	if (status == GNP_OK)
-		status = be_patient(run, check, error);
+		status = gnpd_work_check(&run->work, error);
 	if (status == GNP_OK)
-		status = be_patient(run, reserve_call, error);
+		status = reserve(run, run->work.call.memory, error);
 	if (status == GNP_OK)
 		status = take_checkpoint(run, error);
 	pthread_mutex_unlock(&run->jobs->turn);
@@ -213,7 +209,7 @@ static void set_work(struct run *run)
 	struct gnpd_work *work = &run->work;
 	const struct gnpd_config *config = run->jobs->server->config;
 	gnpd_work_init(work, run->jobs->server, &run->reply);
-	work->patient = true;
+	work->budget = (struct gnp_budget){reserve_decoded, release_decoded, run};
 	work->codec = strcmp(record->codec, gnpd_codec_oip.name) == 0 ? &gnpd_codec_oip : &gnpd_codec_file;
 	work->operation = gnp_operation_find(record->operation);
 	work->query = record->query;

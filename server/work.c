@@ -58,7 +58,7 @@ gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_er
 	gnp_status status = gnpd_queue_reserve(work->server->queue, work->reserved, bytes, error);
 	if (status == GNP_OK)
 		work->reserved += bytes;
-	else if (!work->patient || status != GNP_OVERLOADED)
+	else
 		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_QUEUE_BYTES);
 	return status;
 }
@@ -130,14 +130,14 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 	size_t limit = server->config->max_decoded_bytes ? server->config->max_decoded_bytes : server->config->max_body_bytes, most = limit;
 	if (work->body.size < limit / EXPANSION_MAX)
 		most = (work->body.size + 1) * EXPANSION_MAX;
-	gnp_status status = gnpd_work_reserve(work, most, error);
+	gnp_status status = gnp_budget_reserve(&work->budget, most, error);
 	if (status != GNP_OK)
 		return status;
 	status = gnp_content_decode(work->content_encoding, work->body.data, work->body.size, most, &work->decoded, error);
 	if (status == GNP_TOO_LARGE)
 		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
 	if (status == GNP_OK && work->decoded.capacity < most)
-		gnpd_work_release(work, most - work->decoded.capacity);
+		gnp_budget_release(&work->budget, most - work->decoded.capacity);
 	return status;
 }
 

@@ -41,8 +41,7 @@ struct gnpd_work {
 	const char *query, *content_type, *content_encoding, *accept, *inference_length;
 	struct gnp_buffer body;        /* as received; owned */
 	size_t reserved;               /* of the queue's bytes */
-	bool patient;                  /* asks again for what it is refused: that it has to wait is not counted */
-	struct gnp_budget budget;      /* what decoding asks for bytes of them */
+	struct gnp_budget budget;      /* what decoding asks for bytes of them: gnpd_work_reserve, unless its owner has another way */
 	bool out_of_bytes;             /* it was refused some */
 
 	double begun;                  /* gnp_clock() from which time limits count */

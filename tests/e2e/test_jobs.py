@@ -1,5 +1,6 @@
 """Jobs: every verb, what is refused, long polls and events, results in parts, idempotency, quotas, time to live, faults of the disk."""
 import contextlib
+import gzip
 import json
 import os
 import re
@@ -445,6 +446,17 @@ def test_jobs_wait_for_memory_instead_of_failing():
         server.wait_metric("gnpd_jobs_memory_bytes", 0)
         expect_error(server.post("/v1/jobs/flow?steps=1000000&snapshot_every=1000", body), 413, "too_large", "jobs-memory-bytes")
         assert server.metric('gnpd_jobs_refused_total{reason="memory"}') == 1
+
+
+def test_what_a_body_decodes_to_is_of_the_jobs_share():
+    with Server() as server:
+        job = submit(server, LONG, gzip.compress(harness.ply(harness.sphere(8000))), {"Content-Encoding": "gzip"})
+        eventually(lambda: server.get("/v1/jobs/" + job).json["progress"]["step"] > 0, what="its first step")
+        held = server.metric("gnpd_jobs_memory_bytes")
+        assert held == server.metric("gnpd_queue_bytes") and held > 200_000, held
+        delete(server, job)
+        server.wait_metric("gnpd_queue_bytes", 0)
+        server.wait_metric("gnpd_jobs_memory_bytes", 0)
 
 
 # ---- the disk ----
