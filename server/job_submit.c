@@ -98,11 +98,10 @@ static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *wor
 	size_t waiting = 0;
 	if (jobs->parking)
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
-	if (work->call.memory > memory || work->reserved > memory - work->call.memory) {
+	if (work->peak > memory || work->call.memory > memory || work->reserved > memory - work->call.memory) {
 		jobs->counts.refused_memory++;
-		return gnp_error_set(error, GNP_TOO_LARGE,
-		                     "memory: the job holds %zu bytes and needs %zu more, need at most %zu in all (jobs-memory-bytes, queue-bytes)",
-		                     work->reserved, work->call.memory, memory);
+		return gnp_error_set(error, GNP_TOO_LARGE, "memory: the job held %zu bytes to be decoded, holds %zu and needs %zu more, need at most "
+		                     "%zu at any time (jobs-memory-bytes, queue-bytes)", work->peak, work->reserved, work->call.memory, memory);
 	}
 	for (size_t i = 0; i < jobs->count; i++)
 		waiting += jobs->items[i]->record.state == GNPD_JOB_QUEUED;

@@ -60,6 +60,8 @@ gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_er
 		work->reserved += bytes;
 	else
 		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_QUEUE_BYTES);
+	if (work->reserved > work->peak)
+		work->peak = work->reserved;
 	return status;
 }
 

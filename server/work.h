@@ -40,7 +40,7 @@ struct gnpd_work {
 	/* What came with it, borrowed; NULL when absent. */
 	const char *query, *content_type, *content_encoding, *accept, *inference_length;
 	struct gnp_buffer body;        /* as received; owned */
-	size_t reserved;               /* of the queue's bytes */
+	size_t reserved, peak;         /* of the queue's bytes, now and at most until now */
 	struct gnp_budget budget;      /* what decoding asks for bytes of them: gnpd_work_reserve, unless its owner has another way */
 	bool out_of_bytes;             /* it was refused some */
 

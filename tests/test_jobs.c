@@ -101,7 +101,7 @@ static gnp_status submit(const char *principal, const char *key, struct gnpd_job
 	work.content_type = gnp_format_media_type(GNP_FORMAT_XYZ);
 	CHECK(gnp_buffer_append(&work.body, cloud.data, cloud.size, NULL) == GNP_OK);
 	gnp_status status = gnpd_work_check(&work, error);
-	needed = work.body.size + work.call.memory;
+	needed = work.body.size + work.reserved + work.call.memory;
 	if (status == GNP_OK)
 		status = gnpd_jobs_submit(server.jobs, &work, principal, key, job, existing, error);
 	gnpd_work_clear(&work);
