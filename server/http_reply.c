@@ -79,7 +79,7 @@ static void log_request(const struct gnpd_request *request, double seconds)
 static int library_answered(const struct gnpd_request *request)
 {
 	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_HTTP_STATUS);
-	return request->step == GNPD_STEP_HEADERS && information ? (int)information->http_status : 0;
+	return request->step != GNPD_STEP_SENT && information ? (int)information->http_status : 0;
 }
 
 /* Only here is known whether the answer went out whole. A stream may end at any time; an error stays what it is. */
@@ -92,7 +92,7 @@ static void settle(struct gnpd_request *request, enum MHD_RequestTerminationCode
 	reply->code = library_answered(request);
 	if (reply->code) {
 		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
-		request->status = GNP_INVALID_ARGUMENT;
+		request->status = reply->code == 413 ? GNP_TOO_LARGE : GNP_INVALID_ARGUMENT;
 		return;
 	}
 	gnp_status reason = gnpd_connection_cut_reason(request->server->reaper, request->connection);

@@ -100,11 +100,6 @@ gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error)
 	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
 	if (status == GNP_OK)
 		status = gnpd_jobs_submit(request->server->jobs, &request->work, request->principal, request->idempotency_key, &job, &existing, error);
-	if (status == GNP_IN_PROGRESS) {
-		gnpd_reply_error(request, error);
-		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
-		return GNP_OK;
-	}
 	if (status != GNP_OK)
 		return status;
 	struct gnpd_job_view view;

@@ -25,7 +25,7 @@ gnp_status gnpd_last_words(const struct gnp_error *error, const char *id, double
 	gnp_status status = gnp_oip_error_body(error->status, error->text, id, &body);
 	if (*id)
 		snprintf(echo, sizeof echo, "X-Request-Id: %s\r\n", id);
-	if (code == 503 || code == 429)
+	if (gnpd_reply_retries(error->status))
 		snprintf(retry, sizeof retry, "Retry-After: %.0f\r\n", retry_after);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(answer, NULL, "HTTP/1.1 %d %s\r\nContent-Type: application/json\r\n%s%s"

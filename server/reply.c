@@ -24,6 +24,12 @@ struct gnp_buffer *gnpd_reply_json(struct gnpd_reply *reply, int code)
 	return &reply->body;
 }
 
+bool gnpd_reply_retries(gnp_status status)
+{
+	int code = gnp_status_http(status);
+	return code == 429 || (code == 503 && status != GNP_UNAVAILABLE) || status == GNP_IN_PROGRESS;
+}
+
 size_t gnpd_reply_size(const struct gnpd_reply *reply)
 {
 	size_t size = reply->body.size;

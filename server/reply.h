@@ -34,6 +34,9 @@ void gnpd_reply_add(struct gnpd_reply *reply, const char *name, const char *form
 /* An answer of JSON, whose body is what is written to the buffer returned. */
 struct gnp_buffer *gnpd_reply_json(struct gnpd_reply *reply, int code);
 
+/* Whether another try may help after an error of this status, so that its answer says when. */
+bool gnpd_reply_retries(gnp_status status);
+
 /* Bytes of the body; 0 of a stream. */
 size_t gnpd_reply_size(const struct gnpd_reply *reply);
 

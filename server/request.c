@@ -84,7 +84,7 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 	request->reply.close = close;
 	request->reply.code = gnp_status_http(status);
 	request->reply.content_type = "application/json";
-	if (request->reply.code == 503 || request->reply.code == 429)
+	if (gnpd_reply_retries(status))
 		gnpd_reply_header(request, "Retry-After", "%.0f",
 		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->config->retry_after_seconds);
 	if (status == GNP_UNAUTHORIZED)

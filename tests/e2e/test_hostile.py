@@ -1,5 +1,6 @@
 """Framing attacks, slow clients, overload, vanished clients, and the end of the daemon."""
 import os
+import re
 import selectors
 import signal
 import socket
@@ -108,6 +109,13 @@ def test_what_the_library_refuses_is_no_cancelled_request(server):
         s.sendall(b"GET /what-is-refused HTTP/1.1\r\n\r\n")
         assert harness.read_response(s).status == 400
     harness.eventually(lambda: "\"/what-is-refused\" 400 invalid_argument" in server.log(), what="the log line")
+    for start in (b"", b"5\r\nabcde\r\n"):
+        before = server.metric("gnpd_rejected_total{reason=\"framing\"}")
+        with server.connect() as s:
+            s.sendall(b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nX-Request-Id: chunk-%d\r\n\r\n" % len(start) + start + b"zz\r\n")
+            assert harness.read_response(s).status == 400
+        harness.eventually(lambda: re.search(" 400 invalid_argument .* id=\"chunk-%d\"" % len(start), server.log()), what="the log line")
+        assert server.metric("gnpd_rejected_total{reason=\"framing\"}") == before + 1
 
 
 def test_garbage_does_no_harm(server):
