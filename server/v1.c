@@ -76,7 +76,7 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_operation *operation = work->operation;
-	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, true};
+	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, operation};
 	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
 }
 
