@@ -313,7 +313,9 @@ static void formats_are_told_apart(void)
 	} magics[] = {{"ply\r\nformat", GNP_FORMAT_PLY}, {"\x93NUMPY\1", GNP_FORMAT_NPY}, {"PK\3\4", GNP_FORMAT_NPZ},
 	              {"# .PCD v.7\n", GNP_FORMAT_PCD}, {"VERSION .7\n", GNP_FORMAT_PCD}, {" {\"points\"", GNP_FORMAT_JSON},
 	              {"# c\nv 1 2 3", GNP_FORMAT_OBJ}, {"# c\n-1.5 2", GNP_FORMAT_XYZ}, {"# vtk DataFile", GNP_FORMAT_VTK},
-	              {"nan 0 0\n", GNP_FORMAT_XYZ}, {"# c\nInf,1,2", GNP_FORMAT_XYZ}};
+	              {"nan 0 0\n", GNP_FORMAT_XYZ}, {"# c\nInf,1,2", GNP_FORMAT_XYZ},
+	              {"x,y,z,nx,ny,nz\n1,2,3", GNP_FORMAT_CSV}, {"x,y,z\n", GNP_FORMAT_CSV}, {"\"X\"; \"Y\"; \"Z\";\"a\"\n", GNP_FORMAT_CSV},
+	              {"# c\r\nX Y Z\r\n1 2 3", GNP_FORMAT_XYZ}, {"x\ty\tz\tw\n", GNP_FORMAT_XYZ}, {"x y z", GNP_FORMAT_XYZ}};
 	enum gnp_format format = GNP_FORMAT_COUNT;
 	for (size_t i = 0; i < sizeof magics / sizeof magics[0]; i++)
 		CHECK(gnp_format_by_magic((const unsigned char *)magics[i].bytes, strlen(magics[i].bytes), &format) && format == magics[i].format);
@@ -321,6 +323,14 @@ static void formats_are_told_apart(void)
 	CHECK(!gnp_format_by_magic((const unsigned char *)"", 0, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"\x7f" "ELF", 4, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"nano 1 2", 8, &format));
+	static const char *const none[] = {"x", "x,", "x,y", "x,y,", "x,y,w\n", "xyz\n", "x,y,zoo\n", "\"x,y,z\n", "\"x\",\"y\",\"z", "x\ny\nz\n"};
+	for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
+		unsigned char *exact = malloc(strlen(none[i]));
+		memcpy(exact, none[i], strlen(none[i]));
+		CHECK(!gnp_format_by_magic(exact, strlen(none[i]), &format));
+		free(exact);
+	}
+	CHECK(!gnp_format_by_magic((const unsigned char *)"x,y,z\0", 6, &format));
 	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_CSV);
 	CHECK(!gnp_format_by_name("stl", &format));
 	CHECK(gnp_format_by_media_type("Model/PLY; charset=x", &format) && format == GNP_FORMAT_PLY);

@@ -133,6 +133,16 @@ def test_jobs_tell_requests_of_the_protocol_from_clouds(server):
     expect_error(server.post("/v1/estimate", json.dumps(message).encode()), 400, "invalid_argument", "inputs", "points, normals")
 
 
+def test_tables_with_a_heading_need_no_name(server):
+    """A CSV answer was a 415 without a Content-Type."""
+    answer = server.post("/v1/estimate?format=csv&" + FAST, harness.ply(CLOUD))
+    assert answer.text.startswith("x,y,z,nx,ny,nz"), answer.text[:100]
+    for headers in ({}, {"Content-Type": "application/x-www-form-urlencoded"}):
+        assert content_type(server.post("/v1/estimate?" + FAST, answer.body, headers)) == "text/csv"
+    assert content_type(server.post("/v1/estimate?" + FAST, b"X Y Z\r\n" + xyz(CLOUD))) == "text/plain"
+    expect_error(server.post("/v1/estimate", b"xyz\n" + xyz(CLOUD)), 415, "unsupported_media")
+
+
 def test_rows_that_begin_with_nan(server):
     expect_error(server.post("/v1/estimate", b"nan 0 0\n" + xyz(CLOUD)), 400, "invalid_argument", "point 0")
 
