@@ -1,6 +1,7 @@
 /* Files in, files out. The input's format: Content-Type, else the body's first bytes, else ?format=. The output's: Accept,
  * else ?format=, else the input's where it can be written, else PLY; one that nobody asked for gives way to NPZ where it has no place
- * for the answer. All other query parameters are the operation's. */
+ * for the answer. An Accept asks for its format where it names the type, and where its range does not cover NPZ, which could then not
+ * take that format's place. All other query parameters are the operation's. */
 #include <stdlib.h>
 #include <string.h>
 
