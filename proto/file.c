@@ -159,10 +159,36 @@ static bool is_no_number(const char *p, const char *end)
 	return false;
 }
 
+static bool is_one_of(const char *p, const char *end, const char *characters)
+{
+	return p < end && *p && strchr(characters, *p);
+}
+
+/* A heading that begins with x, y and z, which may stand in quotes. *separator: what follows x. */
+static bool is_heading(const char *p, const char *end, char *separator)
+{
+	for (char axis = 'x'; axis <= 'z'; axis++) {
+		bool quoted = p < end && *p == '"';
+		p += quoted;
+		if (p == end || tolower((unsigned char)*p++) != axis || (quoted && (p == end || *p++ != '"')))
+			return false;
+		if (axis == 'z')
+			return p == end || is_one_of(p, end, " \t,;\r\n");
+		if (!is_one_of(p, end, " \t,;"))
+			return false;
+		if (axis == 'x')
+			*separator = *p;
+		while (is_one_of(p, end, " \t,;"))
+			p++;
+	}
+	return false;
+}
+
 bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format)
 {
 	const char *p = (const char *)data, *end = p + (size < 65536 ? size : 65536);
 	const char *first = skip_comments(p, end);
+	char separator;
 	if (begins(p, end, "ply\n") || begins(p, end, "ply\r"))
 		*format = GNP_FORMAT_PLY;
 	else if (begins(p, end, "\x93NUMPY"))
@@ -180,6 +206,8 @@ bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format
 		*format = GNP_FORMAT_OBJ;
 	else if (first < end && (isdigit((unsigned char)*first) || (*first && strchr("+-.", *first)) || is_no_number(first, end)))
 		*format = GNP_FORMAT_XYZ;
+	else if (is_heading(first, end, &separator))
+		*format = separator == ',' || separator == ';' ? GNP_FORMAT_CSV : GNP_FORMAT_XYZ;
 	else
 		return false;
 	return true;

@@ -56,13 +56,16 @@ struct gnp_format_choice {
  * unchanged, when nothing is left. */
 bool gnp_format_by_accept(const char *accept, struct gnp_format_choice *choice);
 
+struct gnp_operation;
+
 /* What is wanted of a file. */
 struct gnp_file_wants {
 	size_t max_points;                    /* 0: no limit; more are GNP_TOO_LARGE */
 	const struct gnp_tensor_info *inputs; /* those beside points and normals are taken where a column or an array has their name or
 	                                         scalar_ and their name; columns name_0, name_1, ... are one input of rank 2 */
 	size_t input_count;
-	bool strict;                          /* members of JSON that are none of these are refused instead of passed over */
+	const struct gnp_operation *operation; /* of a request: members of JSON that would have no effect are refused, but what answers carry;
+	                                         NULL: members that are no input are passed over */
 };
 
 /* Decodes a file into request inputs: `points` (n, 3) and, when present, `normals` (n, 3), FP32 or FP64 as in the file, and other

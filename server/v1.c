@@ -1,6 +1,7 @@
 /* Files in, files out. The input's format: Content-Type, else the body's first bytes, else ?format=. The output's: Accept,
  * else ?format=, else the input's where it can be written, else PLY; one that nobody asked for gives way to NPZ where it has no place
- * for the answer. All other query parameters are the operation's. */
+ * for the answer. An Accept asks for its format where it names the type, and where its range does not cover NPZ, which could then not
+ * take that format's place. All other query parameters are the operation's. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -76,7 +77,7 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_operation *operation = work->operation;
-	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, true};
+	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, operation};
 	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
 }
 

@@ -55,7 +55,9 @@ static unsigned char *damage(const unsigned char *data, size_t size, uint64_t *s
 
 static const struct gnp_tensor_info inputs[] = {{.name = "h", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
                                                 {.name = "w", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
-static const struct gnp_file_wants wants = {1000, inputs, 2, true};
+static const struct gnp_parameter parameters[] = {{.name = "k"}};
+static const struct gnp_operation operation = {.inputs = inputs, .input_count = 2, .parameters = parameters, .parameter_count = 1};
+static const struct gnp_file_wants wants = {1000, inputs, 2, &operation};
 
 static void try_file(enum gnp_format format, const unsigned char *data, size_t size)
 {

@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "file.h"
+#include "operation.h"
 
 static gnp_status decode_bytes(enum gnp_format format, const void *data, size_t size, bool all,
                                struct gnp_tensors *tensors, struct gnp_error *error)
@@ -152,7 +153,8 @@ static void json_files(void)
 	check_refused(GNP_FORMAT_JSON, "{\"points\":[[1,2,3],[4,5]]}", "tensor \"points\"");
 	check_refused(GNP_FORMAT_JSON, "{\"points\":[[1,2,3],[4,5,null]]}", "got null");
 	check_refused(GNP_FORMAT_JSON, "{\"points\":[[1,2,3],[4,5,6]],\"points\":[]}", "duplicate");
-	check_refused(GNP_FORMAT_JSON, "{\"points\":5}", "json: need \"points\"");
+	check_refused(GNP_FORMAT_JSON, "{\"points\":5}", "json: \"points\": need an array of [x, y, z]");
+	check_refused(GNP_FORMAT_JSON, "{\"points\":null}", "json: need \"points\"");
 }
 
 static void make_tensors(struct gnp_tensors *tensors)
@@ -311,7 +313,9 @@ static void formats_are_told_apart(void)
 	} magics[] = {{"ply\r\nformat", GNP_FORMAT_PLY}, {"\x93NUMPY\1", GNP_FORMAT_NPY}, {"PK\3\4", GNP_FORMAT_NPZ},
 	              {"# .PCD v.7\n", GNP_FORMAT_PCD}, {"VERSION .7\n", GNP_FORMAT_PCD}, {" {\"points\"", GNP_FORMAT_JSON},
 	              {"# c\nv 1 2 3", GNP_FORMAT_OBJ}, {"# c\n-1.5 2", GNP_FORMAT_XYZ}, {"# vtk DataFile", GNP_FORMAT_VTK},
-	              {"nan 0 0\n", GNP_FORMAT_XYZ}, {"# c\nInf,1,2", GNP_FORMAT_XYZ}};
+	              {"nan 0 0\n", GNP_FORMAT_XYZ}, {"# c\nInf,1,2", GNP_FORMAT_XYZ},
+	              {"x,y,z,nx,ny,nz\n1,2,3", GNP_FORMAT_CSV}, {"x,y,z\n", GNP_FORMAT_CSV}, {"\"X\"; \"Y\"; \"Z\";\"a\"\n", GNP_FORMAT_CSV},
+	              {"# c\r\nX Y Z\r\n1 2 3", GNP_FORMAT_XYZ}, {"x\ty\tz\tw\n", GNP_FORMAT_XYZ}, {"x y z", GNP_FORMAT_XYZ}};
 	enum gnp_format format = GNP_FORMAT_COUNT;
 	for (size_t i = 0; i < sizeof magics / sizeof magics[0]; i++)
 		CHECK(gnp_format_by_magic((const unsigned char *)magics[i].bytes, strlen(magics[i].bytes), &format) && format == magics[i].format);
@@ -319,6 +323,14 @@ static void formats_are_told_apart(void)
 	CHECK(!gnp_format_by_magic((const unsigned char *)"", 0, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"\x7f" "ELF", 4, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"nano 1 2", 8, &format));
+	static const char *const none[] = {"x", "x,", "x,y", "x,y,", "x,y,w\n", "xyz\n", "x,y,zoo\n", "\"x,y,z\n", "\"x\",\"y\",\"z", "x\ny\nz\n"};
+	for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
+		unsigned char *exact = malloc(strlen(none[i]));
+		memcpy(exact, none[i], strlen(none[i]));
+		CHECK(!gnp_format_by_magic(exact, strlen(none[i]), &format));
+		free(exact);
+	}
+	CHECK(!gnp_format_by_magic((const unsigned char *)"x,y,z\0", 6, &format));
 	CHECK(gnp_format_by_name("CSV", &format) && format == GNP_FORMAT_CSV);
 	CHECK(!gnp_format_by_name("stl", &format));
 	CHECK(gnp_format_by_media_type("Model/PLY; charset=x", &format) && format == GNP_FORMAT_PLY);
@@ -377,20 +389,76 @@ static void accept_headers(void)
 	}
 }
 
-/* Members that are no input: parameters in a body had no effect and nobody was told. */
-static void unknown_members_of_json_are_refused(void)
+/* Of a request to an operation whose output `mean` is called like a parameter. */
+static gnp_status decode_request(const char *text, struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	static const struct gnp_file_wants strict = {.inputs = inputs, .input_count = 3, .strict = true}, lenient = {.inputs = inputs, .input_count = 3};
-	static const char *const bodies[] = {"{\"points\":[[0,0,0]],\"k\":30}", "{\"points\":[[0,0,0]],\"k\":[1,2]}",
-	                                     "{\"k\":{\"k\":\"x\"},\"points\":[[0,0,0]]}"};
-	for (size_t i = 0; i < 3; i++) {
-		const unsigned char *body = (const unsigned char *)bodies[i];
+	static const struct gnp_parameter parameters[] = {{.name = "k"}, {.name = "scale"}, {.name = "mean"}, {.name = "cover"}};
+	static const struct gnp_tensor_info outputs[] = {{.name = "mean", .datatype = GNP_FP64, .rank = 1, .shape = {-2}}};
+	static const struct gnp_operation operation = {.name = "test", .inputs = inputs, .input_count = 3, .outputs = outputs, .output_count = 1,
+	                                               .parameters = parameters, .parameter_count = 4};
+	static const struct gnp_file_wants request = {.inputs = inputs, .input_count = 3, .operation = &operation};
+	return gnp_file_decode(GNP_FORMAT_JSON, (const unsigned char *)text, strlen(text), &request, tensors, error);
+}
+
+/* Parameters in a body had no effect and nobody was told. */
+static void members_of_json_without_effect_are_refused(void)
+{
+	static const struct {
+		const char *members, *want;
+	} cases[] = {
+		{"\"k\":30", "json: \"k\" is a parameter: give it in the query: ?k=30"},
+		{"\"scale\":0.5", "?scale=0.5"},
+		{"\"cover\":\"auto\"", "?cover=auto"},
+		{"\"mean\":true", "?mean=true"},
+		{"\"k\":null", "\"k\" is a parameter"},
+		{"\"k\":[1,2]", "\"k\" is a parameter: give it in the query: ?k=..."},
+		{"\"mean\":[\"a\"]", "\"mean\" is a parameter"},
+		{"\"format\":\"ply\"", "?format=ply"},
+		{"\"timeout\":\"3s\"", "?timeout=3s"},
+		{"\"parameters\":{\"x\":1,\"k\":30}", "json: \"parameters\" is passed over only where an answer wrote it: give parameters in the query: ?k=30"},
+		{"\"parameters\":{\"estimator\":\"gmls\",\"k\":30}", "?k=30"},
+		{"\"parameters\":{\"estimator\":\"gmls\",\"normals_estimated\":true,\"k\":{}}", "?k=..."},
+		{"\"parameters\":[1]", "?NAME=VALUE"},
+		{"\"parameters\":5", "?NAME=VALUE"},
+		{"\"meta\":1", "json: unknown member \"meta\", known: points, normals, fixed, source, and arrays of numbers; parameters go into the query"},
+		{"\"meta\":null", "unknown member \"meta\""},
+		{"\"meta\":{\"a\":[1]}", "unknown member \"meta\""},
+		{"\"inputs\":[{\"name\":\"points\"}]", "unknown member \"inputs\""},
+		{"\"names\":[ \"a\"]", "unknown member \"names\""},
+		{"\"normals\":5", "json: \"normals\": need an array of [x, y, z]"},
+		{"\"fixed\":\"no\"", "json: \"fixed\": need an array of numbers"},
+	};
+	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+		char text[256];
 		struct gnp_tensors tensors = {0};
 		struct gnp_error error = {0};
-		CHECK(gnp_file_decode(GNP_FORMAT_JSON, body, strlen(bodies[i]), &strict, &tensors, &error) == GNP_INVALID_ARGUMENT);
-		CHECK_CONTAINS(error.text, "json: unknown member \"k\", known: points, normals, ");
-		CHECK_CONTAINS(error.text, "; parameters go into the query");
-		CHECK(gnp_file_decode(GNP_FORMAT_JSON, body, strlen(bodies[i]), &lenient, &tensors, NULL) == GNP_OK);
+		snprintf(text, sizeof text, "{\"points\":[[0,0,0]],%s}", cases[i].members);
+		CHECK(decode_request(text, &tensors, &error) == GNP_INVALID_ARGUMENT);
+		CHECK_CONTAINS(error.text, cases[i].want);
+		CHECK(tensors.count == 0);
+		if (strstr(cases[i].want, "need an array"))
+			continue;
+		CHECK(gnp_file_decode(GNP_FORMAT_JSON, (const unsigned char *)text, strlen(text), &wants, &tensors, NULL) == GNP_OK);
+		gnp_tensors_clear(&tensors);
+	}
+}
+
+/* The daemon refused its own answers, and null for a member that need not be there. */
+static void members_that_answers_carry_are_passed_over(void)
+{
+	static const char *const members[] = {
+		"\"gaussian_curvature\":[-1.5]", "\"keep\":[true]", "\"columns\":[]", "\"metric\":[ [ 1,2]]", "\"mean\":[0.5]",
+		"\"parameters\":{\"estimator\":\"gmls\",\"k\":30,\"normals_estimated\":false,\"seconds_search\":0.1,\"left\":null}",
+		"\"normals\":null", "\"fixed\":null,\"scalar_source\":null",
+	};
+	for (size_t i = 0; i < sizeof members / sizeof members[0]; i++) {
+		char text[256];
+		struct gnp_tensors tensors = {0};
+		struct gnp_error error = {0};
+		snprintf(text, sizeof text, "{%s,\"points\":[[0,0,0]]}", members[i]);
+		CHECK(decode_request(text, &tensors, &error) == GNP_OK);
+		CHECK_STRING(error.text, "");
+		CHECK(tensors.count == 1);
 		gnp_tensors_clear(&tensors);
 	}
 }
@@ -411,6 +479,7 @@ int main(int argc, char **argv)
 	                                    TEST(xyz_and_json_are_written_and_read_back), TEST(columns_are_inputs_by_their_names),
 	                                    TEST(arrays_are_inputs_by_their_names), TEST(vtk_is_big_endian),
 	                                    TEST(nan_has_no_json_form), TEST(formats_are_told_apart), TEST(accept_headers),
-	                                    TEST(unknown_members_of_json_are_refused), TEST(a_text_is_not_read_to_its_end_to_say_too_many)};
+	                                    TEST(members_of_json_without_effect_are_refused),
+	                                    TEST(members_that_answers_carry_are_passed_over), TEST(a_text_is_not_read_to_its_end_to_say_too_many)};
 	return RUN_TESTS(tests);
 }

@@ -93,13 +93,29 @@ def test_accept_is_answered_in_its_own_words(server):
 
 # ---- Bodies ----
 
-def test_unknown_members_of_json(server):
+def test_members_of_json_without_effect(server):
     points = [list(CLOUD[i:i + 3]) for i in range(0, len(CLOUD), 3)]
-    for member in ({"k": 30}, {"parameters": {"k": "x"}}, {"fixd": [0] * 600}):
-        body = json.dumps(dict(member, points=points)).encode()
-        expect_error(server.post("/v1/estimate?" + FAST, body), 400, "invalid_argument", next(iter(member)), "points, normals", "query")
+    def post(**members):
+        return server.post("/v1/estimate?" + FAST, json.dumps(dict(members, points=points)).encode())
+    expect_error(post(k=30), 400, "invalid_argument", '"k" is a parameter', "?k=30")
+    expect_error(post(quantities=["normals"]), 400, "invalid_argument", "?quantities=")
+    expect_error(post(format="ply"), 400, "invalid_argument", "?format=ply")
+    expect_error(post(parameters={"k": 30}), 400, "invalid_argument", '"parameters"', "?k=30")
+    expect_error(post(title="cloud"), 400, "invalid_argument", '"title"', "points, normals", "query")
+    assert post(intensity=[0] * 600, normals=None).status == 200
     body = json.dumps({"points": points, "fixed": [False] * 600}).encode()
     assert server.post("/v1/flow?" + FAST, body).status == 200
+
+
+def test_json_answers_go_back_in(server):
+    """gnpd refused its own answers for the member "parameters", and would have for every output."""
+    for operation, query in (("estimate", ""), ("filter", ""), ("flow", "&steps=2"), ("laplacian", "")):
+        answer = server.post("/v1/%s?format=json&%s%s" % (operation, FAST, query), harness.ply(CLOUD))
+        assert content_type(answer) == "application/json"
+        assert answer.json["parameters"]["estimator"] == "gmls"
+        for headers in ({}, {"Content-Type": "application/json"}):
+            again = server.post("/v1/estimate?" + FAST, answer.body, headers)
+            assert content_type(again) == "application/json" and "gaussian_curvature" in again.json, operation
 
 
 def test_jobs_tell_requests_of_the_protocol_from_clouds(server):
@@ -115,6 +131,16 @@ def test_jobs_tell_requests_of_the_protocol_from_clouds(server):
         assert server.request("DELETE", "/v1/jobs/" + job).status == 204
     expect_error(server.post("/v1/jobs/estimate", json.dumps(message).encode(), {"Content-Type": "text/plain"}), 400, "invalid_argument")
     expect_error(server.post("/v1/estimate", json.dumps(message).encode()), 400, "invalid_argument", "inputs", "points, normals")
+
+
+def test_tables_with_a_heading_need_no_name(server):
+    """A CSV answer was a 415 without a Content-Type."""
+    answer = server.post("/v1/estimate?format=csv&" + FAST, harness.ply(CLOUD))
+    assert answer.text.startswith("x,y,z,nx,ny,nz"), answer.text[:100]
+    for headers in ({}, {"Content-Type": "application/x-www-form-urlencoded"}):
+        assert content_type(server.post("/v1/estimate?" + FAST, answer.body, headers)) == "text/csv"
+    assert content_type(server.post("/v1/estimate?" + FAST, b"X Y Z\r\n" + xyz(CLOUD))) == "text/plain"
+    expect_error(server.post("/v1/estimate", b"xyz\n" + xyz(CLOUD)), 415, "unsupported_media")
 
 
 def test_rows_that_begin_with_nan(server):

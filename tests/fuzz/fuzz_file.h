@@ -4,6 +4,7 @@
 
 #include "file.h"
 #include "fuzz.h"
+#include "operation.h"
 
 enum { FUZZ_POINTS_MAX = 1000 };
 
@@ -61,7 +62,9 @@ static inline void fuzz_wanted(enum gnp_format format, const unsigned char *body
 	static const struct gnp_tensor_info inputs[] = {{.name = "points", .datatype = GNP_FP32, .rank = 2, .shape = {-1, 3}},
 	                                                {.name = "fixed", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
 	                                                {.name = "source", .datatype = GNP_FP32, .rank = 2, .shape = {-1, -2}}};
-	static const struct gnp_file_wants wants = {FUZZ_POINTS_MAX, inputs, 3, true};
+	static const struct gnp_parameter parameters[] = {{.name = "k"}, {.name = "mean"}};
+	static const struct gnp_operation operation = {.inputs = inputs, .input_count = 3, .parameters = parameters, .parameter_count = 2};
+	static const struct gnp_file_wants wants = {FUZZ_POINTS_MAX, inputs, 3, &operation};
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
 	gnp_status status = gnp_file_decode(format, body, size, &wants, &tensors, &error);
