@@ -309,13 +309,12 @@ static gnp_status choose_part(struct gnpd_request *request, const char *tag, siz
 	return GNP_OK;
 }
 
-/* The types answers come in are constants of the codecs, but records hold a copy that does not live as long as the reply. */
+/* What the call would have named, the synonym that was asked for among it: records hold a copy, which does not live as long as the
+ * reply. */
 static const char *type_of(const struct gnpd_job_record *record)
 {
-	enum gnp_format format;
-	if (gnp_format_by_media_type(record->result_type, &format))
-		return gnp_format_media_type(format);
-	return "application/octet-stream";
+	const char *type = gnp_format_media_type_spelled(record->result_type);
+	return type ? type : gnp_format_media_type(GNP_FORMAT_COUNT);
 }
 
 static gnp_status send_result(struct gnpd_request *request, const struct gnpd_job_view *view, struct gnp_error *error)
