@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "clock.h"
@@ -16,7 +17,10 @@ static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffi
 static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
 static const char temporary_prefix[] = "gnpd-jobs.", young_prefix[] = "gnpd-jobs-new.";
 
-enum { FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256 };
+enum {
+	FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256,
+	YOUNG = 60 /* seconds in which a temporary folder that has no lock yet is somebody's who makes it */
+};
 
 static void file_name(const char *id, enum gnpd_job_file file, char name[FILE_NAME])
 {
@@ -91,21 +95,34 @@ static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_st
 
 /* ---- Temporary folders ---- */
 
-/* The lock last: what has none is never touched. */
-static void remove_files(int folder)
+/* Another stream over the folder's names, or NULL and errno. */
+static DIR *open_names(int folder)
 {
 	int copy = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
-	for (struct dirent *entry; directory && (entry = readdir(directory));)
+	if (!directory && copy >= 0) {
+		int number = errno;
+		close(copy);
+		errno = number;
+	}
+	return directory;
+}
+
+/* The lock last: what has none is never touched, so it stays where the others cannot be found. */
+static void remove_files(int folder)
+{
+	DIR *directory = open_names(folder);
+	if (!directory)
+		return;
+	for (struct dirent *entry; (entry = readdir(directory));)
 		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 && strcmp(entry->d_name, lock_name) != 0)
 			unlinkat(folder, entry->d_name, 0);
-	if (directory)
-		closedir(directory);
+	closedir(directory);
 	unlinkat(folder, lock_name, 0);
 }
 
-/* One that a killed process left: ours, and nobody has its lock, which its process had before it got this name. */
-static void remove_if_left(const char *parent, const char *name)
+/* One that a killed process left: ours, unchanged for so many seconds, and nobody has its lock. */
+static void remove_if_left(const char *parent, const char *name, int seconds)
 {
 	char path[1024];
 	struct stat information;
@@ -114,12 +131,14 @@ static void remove_if_left(const char *parent, const char *name)
 	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
 	if (folder < 0)
 		return;
-	if (fstat(folder, &information) == 0 && information.st_uid == geteuid()) {
+	if (fstat(folder, &information) == 0 && information.st_uid == geteuid() && time(NULL) - information.st_mtime >= seconds) {
 		int lock = openat(folder, lock_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
 		if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
 			remove_files(folder);
 			rmdir(path);
 		}
+		else if (lock < 0 && seconds)
+			rmdir(path); /* killed before it had one: where it is empty */
 		if (lock >= 0)
 			close(lock);
 	}
@@ -129,9 +148,12 @@ static void remove_if_left(const char *parent, const char *name)
 static void remove_left(const char *parent)
 {
 	DIR *directory = opendir(parent);
-	for (struct dirent *entry; directory && (entry = readdir(directory));)
+	for (struct dirent *entry; directory && (entry = readdir(directory));) {
 		if (strncmp(entry->d_name, temporary_prefix, sizeof temporary_prefix - 1) == 0)
-			remove_if_left(parent, entry->d_name);
+			remove_if_left(parent, entry->d_name, 0); /* its process had the lock before it got this name */
+		else if (strncmp(entry->d_name, young_prefix, sizeof young_prefix - 1) == 0)
+			remove_if_left(parent, entry->d_name, YOUNG);
+	}
 	if (directory)
 		closedir(directory);
 }
@@ -253,13 +275,9 @@ static int compare_names(const void *a, const void *b)
 
 static gnp_status list_names(const struct gnpd_job_store *store, struct names *names, struct gnp_error *error)
 {
-	int copy = openat(store->disk.folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
-	if (!directory) {
-		if (copy >= 0)
-			close(copy);
+	DIR *directory = open_names(store->disk.folder);
+	if (!directory)
 		return fault(store->path, errno, error);
-	}
 	gnp_status status = GNP_OK;
 	for (;;) {
 		errno = 0; /* the end of the folder leaves it so */

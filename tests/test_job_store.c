@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -257,6 +258,63 @@ static void temporary_folders_of_killed_processes_are_removed(void)
 	close_and_remove(&store);
 }
 
+static void make_young(const char *name, int age, bool lock)
+{
+	char path[256];
+	struct timespec times[2] = {{.tv_sec = time(NULL) - age}, {.tv_sec = time(NULL) - age}};
+	snprintf(path, sizeof path, "%s/%s", folder, name);
+	CHECK(mkdir(path, 0700) == 0);
+	if (lock)
+		put_file(name, "/lock", "1\n");
+	CHECK(utimensat(AT_FDCWD, path, times, 0) == 0);
+}
+
+/* One of a process killed before the folder had its name stayed for ever. */
+static void half_made_temporary_folders_are_removed_after_a_while(void)
+{
+	static const char *const names[] = {"gnpd-jobs-new.oldold", "gnpd-jobs-new.empty1", "gnpd-jobs-new.young1", "gnpd-jobs-new.locked"};
+	struct gnpd_job_store store;
+	char old[256] = "", path[256];
+	strcpy(folder, "/tmp/gnpd-test.XXXXXX");
+	CHECK(mkdtemp(folder) != NULL);
+	if (getenv("TMPDIR"))
+		snprintf(old, sizeof old, "%s", getenv("TMPDIR"));
+	setenv("TMPDIR", folder, 1);
+	for (int i = 0; i < 4; i++)
+		make_young(names[i], i == 2 ? 10 : 100, i != 1);
+	snprintf(path, sizeof path, "%s/%s/lock", folder, names[3]);
+	int fd = open(path, O_RDWR);
+	CHECK(fd >= 0 && flock(fd, LOCK_EX) == 0);
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK);
+	CHECK(!is_there(names[0]) && !is_there(names[1]) && is_there(names[2]) && is_there(names[3]));
+	close(fd);
+	if (*old)
+		setenv("TMPDIR", old, 1);
+	else
+		unsetenv("TMPDIR");
+	close_and_remove(&store);
+}
+
+/* Its lock was removed and the rest was not: no later start touched what was left. */
+static void a_temporary_folder_that_cannot_be_emptied_keeps_its_lock(void)
+{
+	struct gnpd_job_store store;
+	struct rlimit limit, none;
+	char path[1024];
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK && put_text(&store, "something", NULL) == GNP_OK);
+	snprintf(folder, sizeof folder, "%.63s", store.path);
+	CHECK_STRING(folder, store.path);
+	CHECK(getrlimit(RLIMIT_NOFILE, &limit) == 0);
+	none = limit;
+	none.rlim_cur = 0;
+	CHECK(setrlimit(RLIMIT_NOFILE, &none) == 0);
+	gnpd_job_store_close(&store);
+	CHECK(setrlimit(RLIMIT_NOFILE, &limit) == 0);
+	CHECK(is_there("lock") && has(ID, ".result"));
+	snprintf(path, sizeof path, "rm -r %s", folder);
+	CHECK(system(path) == 0);
+}
+
 /* ---- Scans ---- */
 
 static void jobs_are_found_in_order(void)
@@ -503,7 +561,8 @@ int main(int argc, char **argv)
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
 		TEST(a_refused_start_changes_nothing),         TEST(a_socket_is_no_file_of_a_job),
-		TEST(a_check_finds_what_a_start_would),
+		TEST(a_check_finds_what_a_start_would),        TEST(half_made_temporary_folders_are_removed_after_a_while),
+		TEST(a_temporary_folder_that_cannot_be_emptied_keeps_its_lock),
 		TEST(what_cannot_be_read_is_no_damage),        TEST(temporary_folders_of_killed_processes_are_removed),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
