@@ -15,8 +15,7 @@ enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* ---- Queries ---- */
 
-/* The query's parameters, of which all must be among `known` (NULL-terminated). */
-static gnp_status read_query(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
+gnp_status gnpd_query_read(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
 {
 	gnp_status status = gnpd_query_parse(request->target.query, values, error);
 	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
@@ -38,7 +37,7 @@ static gnp_status take_no_query(struct gnpd_request *request, struct gnp_error *
 {
 	static const char *const none[] = {NULL};
 	struct gnp_values values = {0};
-	gnp_status status = read_query(request, none, &values, error);
+	gnp_status status = gnpd_query_read(request, none, &values, error);
 	gnp_values_clear(&values);
 	return status;
 }
@@ -212,7 +211,7 @@ gnp_status gnpd_jobs_list_all(struct gnpd_request *request, struct gnp_error *er
 {
 	static const char *const known[] = {"state", "operation", "limit", "after", NULL};
 	struct gnp_values values = {0};
-	gnp_status status = read_query(request, known, &values, error);
+	gnp_status status = gnpd_query_read(request, known, &values, error);
 	if (status == GNP_OK)
 		status = list(request, &values, error);
 	gnp_values_clear(&values);
@@ -227,7 +226,7 @@ static gnp_status read_wait(struct gnpd_request *request, double *seconds, struc
 	static const char *const known[] = {"wait", NULL};
 	struct gnp_values values = {0};
 	*seconds = 0;
-	gnp_status status = read_query(request, known, &values, error);
+	gnp_status status = gnpd_query_read(request, known, &values, error);
 	const char *text = status == GNP_OK ? text_of(&values, "wait") : NULL;
 	if (text)
 		status = gnpd_duration_parse("wait", text, seconds, error);
