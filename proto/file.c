@@ -123,6 +123,15 @@ bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format)
 	return find_media_type(media_type, strcspn(media_type, "; \t"), format, &known);
 }
 
+const char *gnp_format_media_type_spelled(const char *media_type)
+{
+	enum gnp_format format;
+	const char *known = NULL;
+	if (same_word(media_type, strlen(media_type), generic_media_type))
+		return generic_media_type;
+	return find_media_type(media_type, strlen(media_type), &format, &known) ? known : NULL;
+}
+
 static const char *skip_blank(const char *p, const char *end)
 {
 	while (p < end && isspace((unsigned char)*p))

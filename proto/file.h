@@ -43,6 +43,8 @@ bool gnp_format_of_rows(enum gnp_format format);
 bool gnp_format_by_name(const char *name, enum gnp_format *format);
 bool gnp_format_by_media_type(const char *media_type, enum gnp_format *format);
 bool gnp_format_by_magic(const unsigned char *data, size_t size, enum gnp_format *format);
+/* The media type of an answer, synonyms and application/octet-stream among them, as the tables spell it: static. NULL: it is none. */
+const char *gnp_format_media_type_spelled(const char *media_type);
 /* The format of an answer, and what it is called. */
 struct gnp_format_choice {
 	enum gnp_format format;

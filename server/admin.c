@@ -40,12 +40,8 @@ gnp_status gnpd_admin_log_level(struct gnpd_request *request, struct gnp_error *
 	return answer_level(request, error);
 }
 
-/* The level that the query, which has nothing else, gives. */
 static gnp_status read_level(const struct gnp_values *values, enum gnpd_log_level *level, struct gnp_error *error)
 {
-	for (size_t i = 0; i < values->count; i++)
-		if (strcmp(values->items[i].name, "level") != 0)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: level", values->items[i].name);
 	const struct gnp_value *given = gnp_values_find(values, "level");
 	if (!given)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "level: is not given, need error, warning, info or debug");
@@ -56,9 +52,10 @@ static gnp_status read_level(const struct gnp_values *values, enum gnpd_log_leve
 
 gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_error *error)
 {
+	static const char *const known[] = {"level", NULL};
 	struct gnp_values values = {0};
 	enum gnpd_log_level level;
-	gnp_status status = gnpd_query_parse(request->target.query, &values, error);
+	gnp_status status = gnpd_query_read(request, known, &values, error);
 	if (status == GNP_OK)
 		status = read_level(&values, &level, error);
 	if (status == GNP_OK) {

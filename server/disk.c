@@ -84,7 +84,7 @@ int gnpd_disk_open(const struct gnpd_disk *disk, const char *name, size_t *size)
 	struct stat information;
 	int fd = disk->open(disk->folder, name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
 	if (fd < 0) {
-		errno = errno == ELOOP ? ENOENT : errno;
+		errno = errno == ELOOP || errno == ENXIO ? ENOENT : errno; /* a link, a socket */
 		return -1;
 	}
 	int number = fstat(fd, &information) != 0 ? errno : S_ISREG(information.st_mode) ? 0 : ENOENT;

@@ -28,7 +28,8 @@ gnp_status gnpd_disk_failure(int number, const char *what, const char *name, str
 
 /* Puts the pieces, one after the other, into the file: written as name.new, synced, renamed, the folder synced. On failure the file is
  * what it was before and there is no name.new; where only the last sync failed, a file that was not there before is removed, and one
- * that took another's place stays, for the other is gone: which of the two a crash of the machine would leave is not known. */
+ * that took another's place stays, for the other is gone: which of the two a crash of the machine would leave is not known, and who counts
+ * bytes by what was put counts the other's until the next is put. */
 gnp_status gnpd_disk_put(const struct gnpd_disk *disk, const char *name, const struct gnp_piece *pieces, size_t count,
                          struct gnp_error *error);
 

@@ -51,28 +51,47 @@ static struct gnpd_job *find_due(struct gnpd_jobs *jobs, const char *after, bool
 	return due;
 }
 
-/* disk is held. Its files go first: their room may be what the record needs. A job that cannot even be called expired is removed; one
- * that cannot be removed either has expired in memory. */
+/* disk is held. */
+static gnp_status let_files_go(struct gnpd_job *job, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES && status == GNP_OK; file++)
+		status = gnpd_job_let_go(job, (enum gnpd_job_file)file, error);
+	return status;
+}
+
+/* disk is held. Written before the files go, so that a start in between takes the job for one that expired and not for one that lost
+ * its result; where there is no room for the record, they make it. */
+static gnp_status write_expired(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
+{
+	struct gnpd_job_store *store = &job->jobs->store;
+	gnp_status status = gnpd_job_store_put_record(store, next, error);
+	if (status != GNP_NO_SPACE || let_files_go(job, NULL) != GNP_OK)
+		return status;
+	return gnpd_job_store_put_record(store, next, NULL);
+}
+
+/* disk is held. A job that cannot be called expired is removed; one that cannot be removed either, or whose files stay, has not expired
+ * and is tried again. */
 static gnp_status expire(struct gnpd_job *job, struct gnp_error *error)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	struct gnpd_job_record next = gnpd_job_record_now(job);
 	struct gnp_error cause = {0};
-	gnp_status status = GNP_OK;
 	if (job->removed)
 		return GNP_OK;
 	next.state = GNPD_JOB_EXPIRED;
-	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES && status == GNP_OK; file++)
-		status = gnpd_job_let_go(job, (enum gnpd_job_file)file, error);
-	if (status != GNP_OK)
-		return status;
-	status = gnpd_job_store_put_record(&jobs->store, &next, &cause);
+	gnp_status status = write_expired(job, &next, &cause);
 	if (status != GNP_OK && gnpd_job_remove(job, NULL) == GNP_OK) {
 		gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
 		return GNP_OK;
 	}
-	gnpd_job_publish(job, &next);
-	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
+	if (status != GNP_OK)
+		return gnp_error_set(error, status, "%s", cause.text);
+	status = let_files_go(job, error);
+	if (status == GNP_OK)
+		gnpd_job_publish(job, &next);
+	return status;
 }
 
 static void complain(struct gnpd_jobs *jobs, size_t failed, const struct gnp_error *error)

@@ -21,7 +21,8 @@ static gnp_status write_progress(const struct gnpd_job_view *view, struct gnp_bu
 {
 	const struct gnpd_job_progress *progress = &view->progress;
 	enum gnpd_job_state state = view->record.state;
-	bool succeeded = state == GNPD_JOB_SUCCEEDED || *view->record.result_hash, final = gnpd_job_state_is_final(state);
+	bool expired = state == GNPD_JOB_EXPIRED && *view->record.result_hash; /* and had succeeded */
+	bool succeeded = state == GNPD_JOB_SUCCEEDED || expired, final = gnpd_job_state_is_final(state);
 	if (!progress->stage || succeeded || state == GNPD_JOB_QUEUED)
 		return gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%d,\"stage\":\"%s\",\"step\":0,\"steps\":0,\"eta_seconds\":null}",
 		                         succeeded, final ? "done" : "waiting");

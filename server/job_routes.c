@@ -15,8 +15,7 @@ enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* ---- Queries ---- */
 
-/* The query's parameters, of which all must be among `known` (NULL-terminated). */
-static gnp_status read_query(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
+gnp_status gnpd_query_read(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
 {
 	gnp_status status = gnpd_query_parse(request->target.query, values, error);
 	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
@@ -38,7 +37,7 @@ static gnp_status take_no_query(struct gnpd_request *request, struct gnp_error *
 {
 	static const char *const none[] = {NULL};
 	struct gnp_values values = {0};
-	gnp_status status = read_query(request, none, &values, error);
+	gnp_status status = gnpd_query_read(request, none, &values, error);
 	gnp_values_clear(&values);
 	return status;
 }
@@ -207,7 +206,7 @@ gnp_status gnpd_jobs_list_all(struct gnpd_request *request, struct gnp_error *er
 {
 	static const char *const known[] = {"state", "operation", "limit", "after", NULL};
 	struct gnp_values values = {0};
-	gnp_status status = read_query(request, known, &values, error);
+	gnp_status status = gnpd_query_read(request, known, &values, error);
 	if (status == GNP_OK)
 		status = list(request, &values, error);
 	gnp_values_clear(&values);
@@ -222,7 +221,7 @@ static gnp_status read_wait(struct gnpd_request *request, double *seconds, struc
 	static const char *const known[] = {"wait", NULL};
 	struct gnp_values values = {0};
 	*seconds = 0;
-	gnp_status status = read_query(request, known, &values, error);
+	gnp_status status = gnpd_query_read(request, known, &values, error);
 	const char *text = status == GNP_OK ? text_of(&values, "wait") : NULL;
 	if (text)
 		status = gnpd_duration_parse("wait", text, seconds, error);
@@ -304,13 +303,12 @@ static gnp_status choose_part(struct gnpd_request *request, const char *tag, siz
 	return GNP_OK;
 }
 
-/* The types answers come in are constants of the codecs, but records hold a copy that does not live as long as the reply. */
+/* What the call would have named, the synonym that was asked for among it: records hold a copy, which does not live as long as the
+ * reply. */
 static const char *type_of(const struct gnpd_job_record *record)
 {
-	enum gnp_format format;
-	if (gnp_format_by_media_type(record->result_type, &format))
-		return gnp_format_media_type(format);
-	return "application/octet-stream";
+	const char *type = gnp_format_media_type_spelled(record->result_type);
+	return type ? type : gnp_format_media_type(GNP_FORMAT_COUNT);
 }
 
 static gnp_status send_result(struct gnpd_request *request, const struct gnpd_job_view *view, struct gnp_error *error)

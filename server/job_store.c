@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "clock.h"
@@ -16,7 +17,10 @@ static const char lock_name[] = "lock", damaged_suffix[] = ".damaged", new_suffi
 static const char *const suffixes[GNPD_JOB_FILES] = {".job", ".body", ".checkpoint", ".result"};
 static const char temporary_prefix[] = "gnpd-jobs.", young_prefix[] = "gnpd-jobs-new.";
 
-enum { FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256 };
+enum {
+	FILE_NAME = GNPD_JOB_ID + 32, RECORD_MOST = 1 << 20, NAME_LENGTH = 256,
+	YOUNG = 60 /* seconds in which a temporary folder that has no lock yet is somebody's who makes it */
+};
 
 static void file_name(const char *id, enum gnpd_job_file file, char name[FILE_NAME])
 {
@@ -36,7 +40,7 @@ static gnp_status fault(const char *path, int number, struct gnp_error *error)
 	return gnp_error_set(error, GNP_IO, "jobs-dir: %s: %s", path, strerror(number));
 }
 
-gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error)
+static gnp_status check_folder(const char *path, struct gnp_error *error)
 {
 	struct stat information;
 	if (stat(path, &information) != 0)
@@ -91,21 +95,34 @@ static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_st
 
 /* ---- Temporary folders ---- */
 
-/* The lock last: what has none is never touched. */
-static void remove_files(int folder)
+/* Another stream over the folder's names, or NULL and errno. */
+static DIR *open_names(int folder)
 {
 	int copy = openat(folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
 	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
-	for (struct dirent *entry; directory && (entry = readdir(directory));)
+	if (!directory && copy >= 0) {
+		int number = errno;
+		close(copy);
+		errno = number;
+	}
+	return directory;
+}
+
+/* The lock last: what has none is never touched, so it stays where the others cannot be found. */
+static void remove_files(int folder)
+{
+	DIR *directory = open_names(folder);
+	if (!directory)
+		return;
+	for (struct dirent *entry; (entry = readdir(directory));)
 		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 && strcmp(entry->d_name, lock_name) != 0)
 			unlinkat(folder, entry->d_name, 0);
-	if (directory)
-		closedir(directory);
+	closedir(directory);
 	unlinkat(folder, lock_name, 0);
 }
 
-/* One that a killed process left: ours, and nobody has its lock, which its process had before it got this name. */
-static void remove_if_left(const char *parent, const char *name)
+/* One that a killed process left: ours, unchanged for so many seconds, and nobody has its lock. */
+static void remove_if_left(const char *parent, const char *name, int seconds)
 {
 	char path[1024];
 	struct stat information;
@@ -114,12 +131,14 @@ static void remove_if_left(const char *parent, const char *name)
 	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NOFOLLOW);
 	if (folder < 0)
 		return;
-	if (fstat(folder, &information) == 0 && information.st_uid == geteuid()) {
+	if (fstat(folder, &information) == 0 && information.st_uid == geteuid() && time(NULL) - information.st_mtime >= seconds) {
 		int lock = openat(folder, lock_name, O_RDWR | O_CLOEXEC | O_NOFOLLOW);
 		if (lock >= 0 && flock(lock, LOCK_EX | LOCK_NB) == 0) {
 			remove_files(folder);
 			rmdir(path);
 		}
+		else if (lock < 0 && seconds)
+			rmdir(path); /* killed before it had one: where it is empty */
 		if (lock >= 0)
 			close(lock);
 	}
@@ -129,9 +148,12 @@ static void remove_if_left(const char *parent, const char *name)
 static void remove_left(const char *parent)
 {
 	DIR *directory = opendir(parent);
-	for (struct dirent *entry; directory && (entry = readdir(directory));)
+	for (struct dirent *entry; directory && (entry = readdir(directory));) {
 		if (strncmp(entry->d_name, temporary_prefix, sizeof temporary_prefix - 1) == 0)
-			remove_if_left(parent, entry->d_name);
+			remove_if_left(parent, entry->d_name, 0); /* its process had the lock before it got this name */
+		else if (strncmp(entry->d_name, young_prefix, sizeof young_prefix - 1) == 0)
+			remove_if_left(parent, entry->d_name, YOUNG);
+	}
 	if (directory)
 		closedir(directory);
 }
@@ -166,7 +188,7 @@ gnp_status gnpd_job_store_open(const char *path, struct gnpd_job_store *store, s
 {
 	if (!*path)
 		return open_temporary(store, error);
-	gnp_status status = gnpd_job_store_check(path, error);
+	gnp_status status = check_folder(path, error);
 	return status == GNP_OK ? open_folder(path, true, store, error) : status;
 }
 
@@ -253,13 +275,9 @@ static int compare_names(const void *a, const void *b)
 
 static gnp_status list_names(const struct gnpd_job_store *store, struct names *names, struct gnp_error *error)
 {
-	int copy = openat(store->disk.folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-	DIR *directory = copy >= 0 ? fdopendir(copy) : NULL;
-	if (!directory) {
-		if (copy >= 0)
-			close(copy);
+	DIR *directory = open_names(store->disk.folder);
+	if (!directory)
 		return fault(store->path, errno, error);
-	}
 	gnp_status status = GNP_OK;
 	for (;;) {
 		errno = 0; /* the end of the folder leaves it so */
@@ -293,68 +311,178 @@ static bool name_parse(const char *name, char id[GNPD_JOB_ID + 1], enum gnpd_job
 	return false;
 }
 
-static void set_aside(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, const char *why)
+/* One that could be whole keeps the daemon from its start: a person is to say what becomes of it. */
+static gnp_status unreadable(const struct gnpd_job_store *store, const char *name, int number, struct gnp_error *error)
+{
+	bool ours = number == EMFILE || number == ENFILE || number == ENOMEM; /* not the file's fault */
+	return gnp_error_set(error, GNP_IO, "jobs-dir: %s/%s cannot be read: %s%s", store->path, name, strerror(number),
+	                     ours ? "" : "; make it readable for gnpd, or move it away with the other files of that job");
+}
+
+/* *there: whether there is such a file, of *size bytes; it can be read then. */
+static gnp_status probe(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, bool *there, size_t *size,
+                        struct gnp_error *error)
+{
+	char name[FILE_NAME];
+	file_name(id, file, name);
+	int fd = gnpd_disk_open(&store->disk, name, size);
+	*there = fd >= 0;
+	if (fd < 0 && errno != ENOENT)
+		return unreadable(store, name, errno, error);
+	if (fd >= 0)
+		close(fd);
+	return GNP_OK;
+}
+
+/* *record is the caller's; where it is damaged, it is unchanged and *damage says why. */
+static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_job_record *record, struct gnp_error *damage,
+                              struct gnp_error *error)
+{
+	struct gnp_buffer text = {0};
+	struct gnpd_job_record read = {0};
+	bool there;
+	size_t size;
+	gnp_status status = probe(store, id, GNPD_JOB_RECORD_FILE, &there, &size, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnpd_job_store_get(store, id, GNPD_JOB_RECORD_FILE, RECORD_MOST, &text, damage);
+	if (status == GNP_OK)
+		status = gnpd_job_record_parse((const char *)text.data, text.size, &read, damage);
+	gnp_buffer_clear(&text);
+	if (status == GNP_OUT_OF_MEMORY || status == GNP_STORAGE) /* it may be read the next time */
+		return gnp_error_set(error, status, "jobs-dir: %s: %s", store->path, damage->text);
+	if (status == GNP_OK && strcmp(read.id, id) != 0) {
+		gnpd_job_record_clear(&read);
+		status = gnp_error_set(damage, GNP_INVALID_ARGUMENT, "record: it is that of another job");
+	}
+	if (status == GNP_OK)
+		*record = read;
+	return GNP_OK;
+}
+
+/* *missing: what of the job's files is not there whole, or NULL. */
+static gnp_status check_files(struct gnpd_job_store *store, const struct gnpd_job_record *record, const char **missing,
+                              struct gnp_error *error)
+{
+	bool final = gnpd_job_state_is_final(record->state), there;
+	*missing = NULL;
+	if ((final && record->state != GNPD_JOB_SUCCEEDED) || record->cancelled)
+		return GNP_OK;
+	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
+	gnp_status status = probe(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &there, &size, error);
+	if (status == GNP_OK && (!there || size != wanted))
+		*missing = final ? "result" : "body";
+	return status;
+}
+
+/* What is read before anything is changed: a start that is refused leaves the folder as it was. */
+struct scan {
+	struct names names;
+	struct gnpd_job_found found;
+	const char **missing; /* (found.count), of each record, or NULL */
+	struct damage {
+		char id[GNPD_JOB_ID + 1];
+		struct gnp_error cause;
+	} *damages;           /* (found.damaged) */
+};
+
+static gnp_status read_job(struct gnpd_job_store *store, const char *id, struct scan *scan, struct gnp_error *error)
+{
+	struct gnpd_job_found *found = &scan->found;
+	struct gnpd_job_record *record = &found->records[found->count];
+	struct damage *damage = &scan->damages[found->damaged];
+	gnp_status status = read_record(store, id, record, &damage->cause, error);
+	if (status != GNP_OK)
+		return status;
+	if (damage->cause.status != GNP_OK) {
+		memcpy(damage->id, id, sizeof damage->id);
+		found->damaged++;
+		return GNP_OK;
+	}
+	return check_files(store, record, &scan->missing[found->count++], error);
+}
+
+static bool is_record(const char *name, char id[GNPD_JOB_ID + 1])
+{
+	enum gnpd_job_file file;
+	return name_parse(name, id, &file) && file == GNPD_JOB_RECORD_FILE;
+}
+
+static gnp_status read_folder(struct gnpd_job_store *store, struct scan *scan, struct gnp_error *error)
+{
+	char id[GNPD_JOB_ID + 1];
+	gnp_status status = list_names(store, &scan->names, error);
+	if (status != GNP_OK)
+		return status;
+	size_t most = scan->names.count + 1;
+	scan->found.records = calloc(most, sizeof *scan->found.records);
+	scan->missing = calloc(most, sizeof *scan->missing);
+	scan->damages = calloc(most, sizeof *scan->damages);
+	if (!scan->found.records || !scan->missing || !scan->damages)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs-dir: no memory for %zu records", most);
+	for (size_t i = 0; i < scan->names.count && status == GNP_OK; i++)
+		if (is_record(scan->names.items[i], id))
+			status = read_job(store, id, scan, error);
+	return status;
+}
+
+/* All but what was found. */
+static void free_scan(struct scan *scan)
+{
+	free(scan->names.items);
+	free(scan->missing);
+	free(scan->damages);
+}
+
+static void free_found(struct gnpd_job_found *found)
+{
+	for (size_t i = 0; i < found->count; i++)
+		gnpd_job_record_clear(&found->records[i]);
+	free(found->records);
+}
+
+gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error)
+{
+	struct gnpd_job_store store = {0};
+	struct scan scan = {0};
+	gnp_status status = check_folder(path, error);
+	if (status != GNP_OK)
+		return status;
+	int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+	if (folder < 0)
+		return fault(path, errno, error);
+	gnpd_disk_init(&store.disk, folder, true);
+	snprintf(store.path, sizeof store.path, "%s", path);
+	status = read_folder(&store, &scan, error);
+	free_found(&scan.found);
+	free_scan(&scan);
+	close(folder);
+	return status;
+}
+
+/* ---- Mending ---- */
+
+static void set_aside(struct gnpd_job_store *store, const struct damage *damage, struct gnpd_log *log)
 {
 	for (int f = 0; f < GNPD_JOB_FILES; f++) {
 		char name[FILE_NAME], aside[FILE_NAME + sizeof damaged_suffix];
-		file_name(id, (enum gnpd_job_file)f, name);
+		file_name(damage->id, (enum gnpd_job_file)f, name);
 		snprintf(aside, sizeof aside, "%s%s", name, damaged_suffix);
 		renameat(store->disk.folder, name, store->disk.folder, aside);
 	}
-	gnpd_log_event(log, "error", "job %s: set aside as %s/%s.job%s: %s", id, store->path, id, damaged_suffix, why);
+	gnpd_log_event(log, "error", "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
+	               damage->cause.text);
 }
 
+/* A job whose files are not there whole has failed; what its record says of a result goes. */
 static void fail(struct gnpd_job_record *record, const char *what)
 {
 	record->state = GNPD_JOB_FAILED;
 	record->error = GNP_STORAGE;
 	record->finished = gnpd_clock_now();
+	record->result_bytes = 0;
+	record->result_type[0] = record->result_inference_length[0] = record->result_timing[0] = record->result_hash[0] = '\0';
 	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
-}
-
-/* A job whose files are not there whole has failed. */
-static gnp_status check_files(struct gnpd_job_store *store, struct gnpd_job_record *record, struct gnp_error *error)
-{
-	bool final = gnpd_job_state_is_final(record->state);
-	if ((final && record->state != GNPD_JOB_SUCCEEDED) || record->cancelled)
-		return GNP_OK;
-	const char *what = final ? "result" : "body";
-	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
-	int fd = gnpd_job_store_open_file(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &size);
-	if (fd < 0 && errno != ENOENT)
-		return gnp_error_set(error, GNP_IO, "jobs-dir: %s: cannot open the %s of job %s: %s", store->path, what, record->id, strerror(errno));
-	if (fd >= 0)
-		close(fd);
-	if (fd < 0 || size != wanted) {
-		fail(record, what);
-		gnpd_job_store_put_record(store, record, NULL);
-	}
-	return GNP_OK;
-}
-
-static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_log *log, struct gnpd_job_found *found,
-                              struct gnp_error *error)
-{
-	struct gnp_buffer text = {0};
-	struct gnp_error cause = {0};
-	struct gnpd_job_record *record = &found->records[found->count];
-	gnp_status status = gnpd_job_store_get(store, id, GNPD_JOB_RECORD_FILE, RECORD_MOST, &text, &cause);
-	if (status == GNP_OK)
-		status = gnpd_job_record_parse((const char *)text.data, text.size, record, &cause);
-	gnp_buffer_clear(&text);
-	if (status == GNP_OUT_OF_MEMORY || status == GNP_STORAGE) /* it may be read the next time */
-		return gnp_error_set(error, status, "%s", cause.text);
-	if (status == GNP_OK && strcmp(record->id, id) != 0) {
-		gnpd_job_record_clear(record);
-		status = gnp_error_set(&cause, GNP_INVALID_ARGUMENT, "record: it is that of another job");
-	}
-	if (status != GNP_OK) {
-		set_aside(store, id, log, cause.text);
-		found->damaged++;
-		return GNP_OK;
-	}
-	found->count++;
-	return check_files(store, record, error);
 }
 
 static int compare_records(const void *a, const void *b)
@@ -398,28 +526,31 @@ static void tidy(struct gnpd_job_store *store, const char *name, const struct gn
 	unlinkat(store->disk.folder, name, 0);
 }
 
+static void mend(struct gnpd_job_store *store, struct scan *scan, struct gnpd_log *log)
+{
+	struct gnpd_job_found *found = &scan->found;
+	for (size_t i = 0; i < found->damaged; i++)
+		set_aside(store, &scan->damages[i], log);
+	for (size_t i = 0; i < found->count; i++) {
+		if (!scan->missing[i])
+			continue;
+		fail(&found->records[i], scan->missing[i]);
+		gnpd_job_store_put_record(store, &found->records[i], NULL);
+	}
+	for (size_t i = 0; i < scan->names.count; i++)
+		tidy(store, scan->names.items[i], found, log);
+}
+
 gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error)
 {
-	struct names names = {0};
-	struct gnpd_job_found made = {0};
-	gnp_status status = list_names(store, &names, error);
-	if (status == GNP_OK && !(made.records = calloc(names.count + 1, sizeof *made.records)))
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs-dir: no memory for %zu records", names.count);
-	for (size_t i = 0; i < names.count && status == GNP_OK; i++) {
-		char id[GNPD_JOB_ID + 1];
-		enum gnpd_job_file file;
-		if (name_parse(names.items[i], id, &file) && file == GNPD_JOB_RECORD_FILE)
-			status = read_record(store, id, log, &made, error);
-	}
-	for (size_t i = 0; i < names.count && status == GNP_OK; i++)
-		tidy(store, names.items[i], &made, log);
-	free(names.items);
+	struct scan scan = {0};
+	gnp_status status = read_folder(store, &scan, error);
 	if (status == GNP_OK) {
-		*found = made;
-		return GNP_OK;
+		mend(store, &scan, log);
+		*found = scan.found;
+	} else {
+		free_found(&scan.found);
 	}
-	for (size_t i = 0; i < made.count; i++)
-		gnpd_job_record_clear(&made.records[i]);
-	free(made.records);
+	free_scan(&scan);
 	return status;
 }

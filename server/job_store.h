@@ -22,7 +22,8 @@ gnp_status gnpd_job_store_open(const char *path, struct gnpd_job_store *store, s
 /* Removes a temporary folder with all that is in it. A zeroed store is allowed. */
 void gnpd_job_store_close(struct gnpd_job_store *store);
 
-/* Whether gnpd_job_store_open would take the path; opens nothing. */
+/* Whether gnpd_job_store_open would take the path and gnpd_job_store_scan what it holds: reads all they would, without the lock, which a
+ * daemon may have, and changes nothing. */
 gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error);
 
 struct gnpd_job_found {
@@ -33,7 +34,7 @@ struct gnpd_job_found {
 
 /* What the folder holds after a run that may have ended anywhere: removes files half written and files without a record, sets damaged
  * records aside with what belongs to them, logs both. A record whose body or result is not there whole becomes a failed one, on disk
- * too where that can be written. What cannot be read may be whole: GNP_STORAGE or GNP_IO naming it, and no file is removed. */
+ * too where that can be written. What cannot be read may be whole: GNP_STORAGE or GNP_IO naming it, and nothing is changed. */
 gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error);
 
 gnp_status gnpd_job_store_put_record(struct gnpd_job_store *store, const struct gnpd_job_record *record, struct gnp_error *error);

@@ -37,6 +37,9 @@ const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route);
 /* The methods the request's path allows, as an Allow header lists them; "" when there is no such path. */
 void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity);
 
+/* job_routes.c, and admin.c too: appends the query's parameters, of which all must be among `known` (NULL-terminated). */
+gnp_status gnpd_query_read(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error);
+
 /* The handlers: system.c, admin.c, v2.c, v1.c, job_routes.c. */
 gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error);

@@ -4,7 +4,11 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include "job_store.h"
@@ -254,6 +258,63 @@ static void temporary_folders_of_killed_processes_are_removed(void)
 	close_and_remove(&store);
 }
 
+static void make_young(const char *name, int age, bool lock)
+{
+	char path[256];
+	struct timespec times[2] = {{.tv_sec = time(NULL) - age}, {.tv_sec = time(NULL) - age}};
+	snprintf(path, sizeof path, "%s/%s", folder, name);
+	CHECK(mkdir(path, 0700) == 0);
+	if (lock)
+		put_file(name, "/lock", "1\n");
+	CHECK(utimensat(AT_FDCWD, path, times, 0) == 0);
+}
+
+/* One of a process killed before the folder had its name stayed for ever. */
+static void half_made_temporary_folders_are_removed_after_a_while(void)
+{
+	static const char *const names[] = {"gnpd-jobs-new.oldold", "gnpd-jobs-new.empty1", "gnpd-jobs-new.young1", "gnpd-jobs-new.locked"};
+	struct gnpd_job_store store;
+	char old[256] = "", path[256];
+	strcpy(folder, "/tmp/gnpd-test.XXXXXX");
+	CHECK(mkdtemp(folder) != NULL);
+	if (getenv("TMPDIR"))
+		snprintf(old, sizeof old, "%s", getenv("TMPDIR"));
+	setenv("TMPDIR", folder, 1);
+	for (int i = 0; i < 4; i++)
+		make_young(names[i], i == 2 ? 10 : 100, i != 1);
+	snprintf(path, sizeof path, "%s/%s/lock", folder, names[3]);
+	int fd = open(path, O_RDWR);
+	CHECK(fd >= 0 && flock(fd, LOCK_EX) == 0);
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK);
+	CHECK(!is_there(names[0]) && !is_there(names[1]) && is_there(names[2]) && is_there(names[3]));
+	close(fd);
+	if (*old)
+		setenv("TMPDIR", old, 1);
+	else
+		unsetenv("TMPDIR");
+	close_and_remove(&store);
+}
+
+/* Its lock was removed and the rest was not: no later start touched what was left. */
+static void a_temporary_folder_that_cannot_be_emptied_keeps_its_lock(void)
+{
+	struct gnpd_job_store store;
+	struct rlimit limit, none;
+	char path[1024];
+	CHECK(gnpd_job_store_open("", &store, NULL) == GNP_OK && put_text(&store, "something", NULL) == GNP_OK);
+	snprintf(folder, sizeof folder, "%.63s", store.path);
+	CHECK_STRING(folder, store.path);
+	CHECK(getrlimit(RLIMIT_NOFILE, &limit) == 0);
+	none = limit;
+	none.rlim_cur = 0;
+	CHECK(setrlimit(RLIMIT_NOFILE, &none) == 0);
+	gnpd_job_store_close(&store);
+	CHECK(setrlimit(RLIMIT_NOFILE, &limit) == 0);
+	CHECK(is_there("lock") && has(ID, ".result"));
+	snprintf(path, sizeof path, "rm -r %s", folder);
+	CHECK(system(path) == 0);
+}
+
 /* ---- Scans ---- */
 
 static void jobs_are_found_in_order(void)
@@ -337,6 +398,7 @@ static void jobs_without_their_files_have_failed(void)
 	for (size_t i = 0; i < found.count; i++) {
 		CHECK(found.records[i].state == GNPD_JOB_FAILED && found.records[i].error == GNP_STORAGE && found.records[i].finished > 0);
 		CHECK_CONTAINS(found.records[i].error_text, i ? "result was not there whole" : "body was not there whole");
+		CHECK(!*found.records[i].result_hash && !*found.records[i].result_type && !found.records[i].result_bytes); /* it had the lost one's */
 	}
 	CHECK(!has(OTHER, ".result"));
 	forget(&found);
@@ -355,12 +417,13 @@ static void jobs_without_their_files_have_failed(void)
 /* ---- A disk that does not answer while it is scanned ---- */
 
 static const char *unopened; /* part of the name */
+static int open_failure = EMFILE;
 
 static int failing_open(int folder_, const char *name, int flags, ...)
 {
 	if (!strstr(name, unopened))
 		return openat(folder_, name, flags);
-	errno = EMFILE;
+	errno = open_failure;
 	return -1;
 }
 
@@ -407,6 +470,88 @@ static void what_cannot_be_read_is_no_damage(void)
 	close_and_remove(&store);
 }
 
+/* Damaged records had been set aside and failed ones written by a start that one later file refused. */
+static void a_refused_start_changes_nothing(void)
+{
+	static const char MIDDLE[] = "066121009272877a8efb27b8507d8c";
+	struct gnpd_job_store store;
+	struct gnpd_job_found found = {0};
+	struct gnp_error error = {0};
+	char name[256];
+	open_fresh(&store);
+	put_file(ID, ".job", "gnpd-job 1 nonsense\n");
+	put(&store, MIDDLE, GNPD_JOB_QUEUED); /* no body */
+	put_file(MIDDLE, ".result.new", "half");
+	put(&store, OTHER, GNPD_JOB_CANCELLED);
+	ino_t before = inode(MIDDLE);
+	unopened = OTHER;
+	open_failure = EACCES;
+	store.disk.open = failing_open;
+	CHECK(gnpd_job_store_scan(&store, &log_, &found, &error) == GNP_IO);
+	snprintf(name, sizeof name, "jobs-dir: %s/%s.job cannot be read: Permission denied; make it readable", folder, OTHER);
+	CHECK_CONTAINS(error.text, name);
+	CHECK_CONTAINS(error.text, "or move it away with the other files of that job");
+	CHECK(has(ID, ".job") && !has(ID, ".job.damaged") && inode(MIDDLE) == before && has(MIDDLE, ".result.new"));
+	store.disk.open = openat;
+	found = scanned(&store);
+	CHECK(found.count == 2 && found.damaged == 1 && has(ID, ".job.damaged") && inode(MIDDLE) != before && !has(MIDDLE, ".result.new"));
+	forget(&found);
+	open_failure = EMFILE;
+	close_and_remove(&store);
+}
+
+static void put_socket(const char *id, const char *suffix)
+{
+	struct sockaddr_un address = {.sun_family = AF_UNIX};
+	int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+	CHECK(snprintf(address.sun_path, sizeof address.sun_path, "%s/%s%s", folder, id, suffix) < (int)sizeof address.sun_path);
+	CHECK(fd >= 0 && bind(fd, (struct sockaddr *)&address, sizeof address) == 0);
+	close(fd);
+}
+
+/* It kept the daemon from its start. */
+static void a_socket_is_no_file_of_a_job(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put_socket(ID, ".job");
+	put(&store, OTHER, GNPD_JOB_QUEUED);
+	put_socket(OTHER, ".body");
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.damaged == 1 && found.count == 1 && found.records[0].state == GNPD_JOB_FAILED);
+	forget(&found);
+	close_and_remove(&store);
+}
+
+/* It said that the configuration was good, and the start was refused. */
+static void a_check_finds_what_a_start_would(void)
+{
+	static const char *const unreadables[] = {".job", ".body"};
+	uid_t user = geteuid();
+	struct gnpd_job_store store;
+	struct gnp_error error = {0};
+	char path[256];
+	open_fresh(&store);
+	put_file(OTHER, ".job", "gnpd-job 1 nonsense\n");
+	put(&store, ID, GNPD_JOB_QUEUED);
+	put_file(ID, ".body", "four");
+	CHECK(gnpd_job_store_check(folder, NULL) == GNP_OK && has(OTHER, ".job")); /* also while a daemon has it */
+	CHECK(chmod(folder, 0777) == 0);
+	for (size_t i = 0; i < 2; i++) {
+		snprintf(path, sizeof path, "%s/%s%s", folder, ID, unreadables[i]);
+		CHECK(chmod(path, 0) == 0 && (user || seteuid(65534) == 0));
+		gnp_status status = gnpd_job_store_check(folder, &error);
+		CHECK((user || seteuid(0) == 0) && chmod(path, 0644) == 0);
+		snprintf(path, sizeof path, "%s/%s%s cannot be read: Permission denied", folder, ID, unreadables[i]);
+		CHECK(status == GNP_IO);
+		CHECK_CONTAINS(error.text, path);
+		error = (struct gnp_error){0};
+		snprintf(path, sizeof path, "%s/%s.job", folder, OTHER);
+		CHECK(chmod(path, 0644) == 0);
+	}
+	close_and_remove(&store);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
@@ -415,7 +560,10 @@ int main(int argc, char **argv)
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
 		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
-		TEST(what_cannot_be_read_is_no_damage),       TEST(temporary_folders_of_killed_processes_are_removed),
+		TEST(a_refused_start_changes_nothing),         TEST(a_socket_is_no_file_of_a_job),
+		TEST(a_check_finds_what_a_start_would),        TEST(half_made_temporary_folders_are_removed_after_a_while),
+		TEST(a_temporary_folder_that_cannot_be_emptied_keeps_its_lock),
+		TEST(what_cannot_be_read_is_no_damage),        TEST(temporary_folders_of_killed_processes_are_removed),
 	};
 	int nowhere = open("/dev/null", O_WRONLY);
 	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_ERROR, nowhere);

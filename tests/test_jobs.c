@@ -289,6 +289,24 @@ static bool is_gone(const char *id)
 	return false;
 }
 
+static struct stat record_file(const char *id)
+{
+	char path[GNPD_CONFIG_TEXT + 64];
+	struct stat information = {0};
+	snprintf(path, sizeof path, "%s/%s.job", config.jobs_dir, id);
+	CHECK(stat(path, &information) == 0);
+	return information;
+}
+
+/* The disk is full as long as a result is on it. */
+static ssize_t write_without_result(int fd, const void *data, size_t size)
+{
+	if (!files_with(".result"))
+		return write(fd, data, size);
+	errno = ENOSPC;
+	return -1;
+}
+
 static size_t lines_of(int fd)
 {
 	char text[65536];
@@ -331,6 +349,62 @@ static void what_cannot_be_let_go_holds_nothing_up(void)
 	server.log.fd = before;
 	gnpd_config_defaults(&config);
 	fclose(log);
+}
+
+static void wait_for_line(int fd)
+{
+	for (int i = 0; i < 10000 && !lines_of(fd); i++)
+		usleep(1000);
+	CHECK(lines_of(fd) == 1);
+}
+
+/* Its result went first, and it was said to have expired, which nothing on disk knew: the next start took it for a job that had failed,
+ * and it was tried again only when its record was to go as well. */
+static void what_cannot_expire_is_what_it_was(void)
+{
+	FILE *log = tmpfile();
+	int before = server.log.fd;
+	char id[GNPD_JOB_ID + 1], path[GNPD_CONFIG_TEXT + 64];
+	server.log.fd = fileno(log);
+	config.jobs_ttl_seconds = 2;
+	make_folder();
+	open_jobs();
+	struct gnpd_job *job = submitted("", NULL, false);
+	ended(job);
+	copy_id(job, id);
+	block(id, ".job");
+	wait_for_line(server.log.fd);
+	CHECK(state_of(job) == GNPD_JOB_SUCCEEDED && files_with(".result") == 1);
+	snprintf(path, sizeof path, "%s/%s.job", config.jobs_dir, id);
+	CHECK(rmdir(path) == 0);
+	pthread_mutex_lock(&server.jobs->lock);
+	job->again = 0; /* half a minute later */
+	pthread_mutex_unlock(&server.jobs->lock);
+	reach(job, GNPD_JOB_EXPIRED);
+	CHECK(files_with(".result") == 0 && record_file(id).st_size > 0 && !is_gone(id));
+	gnpd_job_release(job);
+	close_jobs();
+	remove_folder();
+	server.log.fd = before;
+	gnpd_config_defaults(&config);
+	fclose(log);
+}
+
+/* The record that says a job expired needs room, which its result holds. */
+static void files_make_room_for_the_record(void)
+{
+	config.jobs_ttl_seconds = 1;
+	make_folder();
+	open_jobs();
+	struct gnpd_job *job = submitted("", NULL, false);
+	ended(job);
+	server.jobs->store.disk.write = write_without_result;
+	reach(job, GNPD_JOB_EXPIRED);
+	CHECK(files_with(".result") == 0 && files_with(".job") == 1);
+	gnpd_job_release(job);
+	close_jobs();
+	remove_folder();
+	gnpd_config_defaults(&config);
 }
 
 /* Room was made before the key was looked up, and what went was the very job that was asked for again. */
@@ -430,15 +504,6 @@ static void wait_until_held(void)
 	for (int i = 0; i < 10000 && !atomic_load(&held); i++)
 		usleep(1000);
 	CHECK(atomic_load(&held));
-}
-
-static struct stat record_file(const char *id)
-{
-	char path[GNPD_CONFIG_TEXT + 64];
-	struct stat information = {0};
-	snprintf(path, sizeof path, "%s/%s.job", config.jobs_dir, id);
-	CHECK(stat(path, &information) == 0);
-	return information;
 }
 
 /* The process ends before it could write the end of a job whose DELETE was accepted, and the next one ran the job again. Every start
@@ -659,6 +724,7 @@ int main(int argc, char **argv)
 		TEST(a_folder_that_cannot_be_synced_loses_no_job), TEST(a_checkpoint_that_does_not_fit_is_let_go),
 		TEST(jobs_that_fit_no_memory_are_refused_and_counted), TEST(a_job_that_waits_for_memory_is_no_refusal),
 		TEST(jobs_stopped_by_their_time_are_counted_and_say_how_far_they_came), TEST(a_key_that_is_being_taken_may_be_asked_for_again),
+		TEST(what_cannot_expire_is_what_it_was), TEST(files_make_room_for_the_record),
 		TEST(what_cannot_be_let_go_holds_nothing_up), TEST(a_job_is_not_dropped_for_itself),
 	};
 	gnp_linalg_init();

@@ -84,6 +84,15 @@ def test_job_takes_accept_and_content_encoding(server):
     assert result.headers["content-type"] == "application/json" and len(result.json["normals"]) == 600, result.text[:200]
 
 
+def test_results_of_jobs_have_the_type_the_call_has(server):
+    """The call answered model/ply where that was asked for, and the result of the job application/ply."""
+    for accept in ("model/ply", "Model/PLY;q=0.5", "application/octet-stream", "application/json", "text/csv", "application/npz", "*/*"):
+        wanted = server.post("/v1/" + QUICK, CLOUD, {"Accept": accept}).headers["content-type"]
+        record = finished(server, submit(server, QUICK, CLOUD, {"Accept": accept}))
+        got = server.get(record["result"]["href"]).headers["content-type"]
+        assert got == record["result"]["content_type"] == wanted, (accept, got, record, wanted)
+
+
 def test_job_takes_the_inference_protocol(server):
     headers, body = harness.points_body(harness.sphere(600), estimator="gmls")
     record = finished(server, submit(server, "estimate", body, headers))

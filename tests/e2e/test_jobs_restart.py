@@ -1,5 +1,6 @@
 """Jobs across processes: what was acknowledged is there afterwards, however the process ended."""
 import io
+import os
 import time
 import zipfile
 
@@ -98,6 +99,19 @@ def test_a_job_the_daemon_does_not_survive_is_given_up():
             assert server.post("/v1/" + QUICK, CLOUD).status == 200
         with Server(jobs_dir=path) as server:
             assert server.get("/v1/jobs/" + job).json == record
+
+
+def test_a_job_whose_result_was_lost_does_not_say_it_is_whole():
+    """It had failed, and its progress was that of a job that succeeded."""
+    with folder() as path:
+        server = Server(jobs_dir=path)
+        job = finished(server, submit(server))["id"]
+        kill(server)
+        os.unlink(os.path.join(path, job + ".result"))
+        for start in range(2):
+            with Server(jobs_dir=path) as server:
+                record = server.get("/v1/jobs/" + job).json
+                assert record["state"] == "failed" and record["error"]["code"] == "storage" and record["progress"]["fraction"] == 0, record
 
 
 def test_parking_is_no_attempt():
