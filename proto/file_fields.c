@@ -18,12 +18,19 @@ gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count
 	return GNP_OK;
 }
 
-/* Whether a file's name stands for `name`; PLY and its readers spell scalars scalar_name. */
-static bool spells(const char *text, size_t length, const char *name)
+/* A file's name without the scalar_ that PLY and its readers put before scalars, some once more each time a file goes through them. */
+static const char *bare_name(const char *text, size_t *length)
 {
 	size_t prefix = strlen("scalar_");
-	if (length > prefix && memcmp(text, "scalar_", prefix) == 0 && strlen(name) == length - prefix)
-		return memcmp(text + prefix, name, length - prefix) == 0;
+	for (; *length > prefix && memcmp(text, "scalar_", prefix) == 0; text += prefix)
+		*length -= prefix;
+	return text;
+}
+
+/* Whether a file's name stands for `name`. */
+static bool spells(const char *text, size_t length, const char *name)
+{
+	text = bare_name(text, &length);
 	return strlen(name) == length && memcmp(text, name, length) == 0;
 }
 
@@ -80,8 +87,9 @@ static gnp_status bind_scalar(const struct gnp_field *field, size_t rows, struct
                               struct gnp_column *column, struct gnp_error *error)
 {
 	char name[GNP_TENSOR_NAME_MAX];
-	size_t skip = field->length > 7 && memcmp(field->name, "scalar_", 7) == 0 ? 7 : 0;
-	snprintf(name, sizeof name, "%.*s", (int)(field->length - skip), field->name + skip);
+	size_t length = field->length;
+	const char *bare = bare_name(field->name, &length);
+	snprintf(name, sizeof name, "%.*s", (int)length, bare);
 	if (gnp_tensors_find(tensors, name))
 		return GNP_OK;
 	struct gnp_tensor *tensor;
