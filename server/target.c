@@ -61,12 +61,12 @@ gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target)
 	return GNP_OK;
 }
 
-bool gnpd_target_short(const struct gnpd_target *target)
+size_t gnpd_query_count(const char *query)
 {
-	size_t separators = 0;
-	for (const char *c = target->query; c && *c; c++)
-		separators += *c == '&';
-	return separators < GNPD_QUERY_MAX;
+	size_t count = query && *query;
+	for (const char *c = query; c && *c; c++)
+		count += *c == '&';
+	return count;
 }
 
 void gnpd_target_clear(struct gnpd_target *target)

@@ -3,6 +3,7 @@
 #define GNPD_TARGET_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "message.h"
 #include "status.h"
@@ -20,8 +21,8 @@ struct gnpd_target {
 
 /* uri: as in the request line. GNP_OUT_OF_MEMORY only. */
 gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target);
-/* The query has no more parameters than GNPD_QUERY_MAX. */
-bool gnpd_target_short(const struct gnpd_target *target);
+/* Parameters of a query, NULL without one, empty ones among them. */
+size_t gnpd_query_count(const char *query);
 void gnpd_target_clear(struct gnpd_target *target);
 
 /* Appends the query's parameters as strings, '+' read as space. GNP_INVALID_ARGUMENT for bad escapes, a name without a

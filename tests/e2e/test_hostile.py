@@ -99,8 +99,8 @@ def test_queries_of_many_parameters(server):
     """The library left a query unanswered whose parameters its memory did not hold."""
     for count in (65, 3000):
         with server.connect(5) as s:
-            s.sendall(b"GET /v2/health/live?" + b"a=1&" * count + b" HTTP/1.1\r\nHost: a\r\n\r\n")
-            expect_error(harness.read_response(s), 400, "invalid_argument", "query: more than 64 parameters")
+            s.sendall(b"GET /v2/health/live?" + b"&".join([b"a=1"] * count) + b" HTTP/1.1\r\nHost: a\r\n\r\n")
+            expect_error(harness.read_response(s), 400, "invalid_argument", "query: got %d parameters, need at most 64" % count)
     assert server.get("/v2/health/live?" + "&".join("a%d=1" % i for i in range(64))).status == 200
 
 
