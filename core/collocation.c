@@ -305,14 +305,14 @@ static void move_row(const struct gnp_collocation *from, size_t i, const uint32_
 	}
 }
 
-/* The new points of the columns, ascending, and the new column of each old one. */
-static void move_columns(const struct gnp_collocation *from, const uint32_t *position, uint32_t *column_of, uint32_t *spare,
+/* The new points of the columns, ascending, and the new column of each old one. spare (points). */
+static void move_columns(const struct gnp_collocation *from, const uint32_t *position, size_t points, uint32_t *column_of, uint32_t *spare,
                          struct gnp_collocation *to)
 {
-	memset(spare, 0xff, from->rows * sizeof *spare);
+	memset(spare, 0xff, points * sizeof *spare);
 	for (size_t c = 0; c < from->columns; c++)
 		spare[position[from->kept[c]]] = (uint32_t)c;
-	for (size_t i = 0; i < from->rows; i++) {
+	for (size_t i = 0; i < points; i++) {
 		if (spare[i] == UINT32_MAX)
 			continue;
 		to->kept[to->columns] = (uint32_t)i;
@@ -320,35 +320,50 @@ static void move_columns(const struct gnp_collocation *from, const uint32_t *pos
 	}
 }
 
-gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, struct gnp_error *error)
+/* Rows that no point became stay empty. */
+static void move_rows(const struct gnp_collocation *from, const uint32_t *position, const uint32_t *column_of, struct entry *entries,
+                      struct gnp_collocation *to)
+{
+	for (size_t i = 0; i < from->rows; i++)
+		to->row_offsets[position[i] + 1] = from->row_offsets[i + 1] - from->row_offsets[i];
+	for (size_t i = 0; i < to->rows; i++)
+		to->row_offsets[i + 1] += to->row_offsets[i];
+	for (size_t i = 0; i < from->rows; i++)
+		move_row(from, i, column_of, entries, to, position[i]);
+	to->reduced = from->reduced;
+}
+
+static size_t longest_row(const struct gnp_collocation *collocation)
+{
+	size_t longest = 0;
+	for (size_t i = 0; i < collocation->rows; i++) {
+		size_t count = collocation->row_offsets[i + 1] - collocation->row_offsets[i];
+		longest = count > longest ? count : longest;
+	}
+	return longest;
+}
+
+gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points, struct gnp_error *error)
 {
 	struct gnp_collocation moved = {.rows = 0};
 	struct gnp_collocation_rule rule = {.which = 0};
-	size_t rows = collocation->rows, longest = 0;
+	size_t longest = longest_row(collocation);
 	for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
 		rule.which |= collocation->value[d] ? GNP_DERIVATIVE_BIT(d) : 0;
-	for (size_t i = 0; i < rows; i++)
-		if (collocation->row_offsets[i + 1] - collocation->row_offsets[i] > longest)
-			longest = collocation->row_offsets[i + 1] - collocation->row_offsets[i];
-	uint32_t *spare = gnp_array_new(rows, 2 * sizeof *spare);
+	uint32_t *spare = gnp_array_new(points, sizeof *spare), *column_of = gnp_array_new(collocation->columns, sizeof *column_of);
 	struct entry *entries = gnp_array_new(longest, sizeof *entries);
-	gnp_status status = spare && entries ? allocate(&rule, rows, longest, &moved, error) : GNP_OUT_OF_MEMORY;
+	gnp_status status = spare && column_of && entries ? allocate(&rule, points, longest, &moved, error) : GNP_OUT_OF_MEMORY;
 	if (status == GNP_OK) {
-		move_columns(collocation, position, spare, spare + rows, &moved);
-		for (size_t i = 0; i < rows; i++)
-			moved.row_offsets[position[i] + 1] = collocation->row_offsets[i + 1] - collocation->row_offsets[i];
-		for (size_t i = 0; i < rows; i++)
-			moved.row_offsets[i + 1] += moved.row_offsets[i];
-		for (size_t i = 0; i < rows; i++)
-			move_row(collocation, i, spare, entries, &moved, position[i]);
-		moved.reduced = collocation->reduced;
+		move_columns(collocation, position, points, column_of, spare, &moved);
+		move_rows(collocation, position, column_of, entries, &moved);
 		gnp_collocation_clear(collocation);
 		*collocation = moved;
 	} else {
 		gnp_collocation_clear(&moved);
-		gnp_error_set(error, status, "laplacian: no memory to reorder %zu rows", rows);
+		gnp_error_set(error, status, "laplacian: no memory to reorder %zu rows", points);
 	}
 	free(spare);
+	free(column_of);
 	free(entries);
 	return status;
 }

@@ -86,7 +86,7 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 		return status;
 	status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
 	if (status == GNP_OK)
-		status = gnp_collocation_reorder(&made, domain.prepared.order, error);
+		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	gnp_domain_clear(&domain);
 	if (status == GNP_OK)

@@ -27,6 +27,7 @@ void gnp_task_init(struct gnp_task *task)
 	task->started = gnp_clock();
 	for (int i = 0; i < GNP_STAGE_COUNT; i++)
 		task->seconds[i] = 0;
+	task->warnings = (struct gnp_warnings){0};
 }
 
 void gnp_task_init_part(struct gnp_task *task, const struct gnp_task *parent)
@@ -35,7 +36,7 @@ void gnp_task_init_part(struct gnp_task *task, const struct gnp_task *parent)
 	task->parent = parent;
 }
 
-/* parent is const because a part may not change it otherwise; its account is atomic. */
+/* parent is const because a part may not change it otherwise; its account is atomic, its warnings are the coordinator's. */
 static struct gnp_task *outermost(const struct gnp_task *task)
 {
 	while (task && task->parent)
@@ -54,6 +55,11 @@ uint64_t gnp_task_served(const struct gnp_task *task)
 {
 	const struct gnp_task *whole = outermost(task);
 	return whole ? atomic_load_explicit(&whole->served, memory_order_relaxed) : 0;
+}
+
+struct gnp_warnings *gnp_task_warnings(const struct gnp_task *task)
+{
+	return task ? &outermost(task)->warnings : NULL;
 }
 
 void gnp_task_stop(struct gnp_task *task, gnp_status reason)

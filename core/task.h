@@ -1,4 +1,4 @@
-/* A unit of work as its observers see it: cancel token, progress, stage and the seconds of each stage.
+/* A unit of work as its observers see it: cancel token, progress, stage, the seconds of each stage, and warnings of its answer.
  *
  * One thread (the coordinator) drives a task through its stages; pool workers add to its progress and poll
  * its cancel flag; any thread may cancel it or read it at any moment without a lock. */
@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "status.h"
+#include "warning.h"
 
 /* Stages of the pipeline; the name is what progress reports and timings show. */
 #define GNP_STAGE_TABLE(X)        \
@@ -45,6 +46,7 @@ struct gnp_task {
 	atomic_uint_fast64_t served; /* nanoseconds of the pool's workers, of this task and its parts */
 	double started;            /* monotonic seconds when the current stage began (coordinator only) */
 	double seconds[GNP_STAGE_COUNT]; /* wall seconds spent in each finished stage (coordinator only) */
+	struct gnp_warnings warnings; /* of this task and its parts (coordinator only) */
 };
 
 void gnp_task_init(struct gnp_task *task);
@@ -72,6 +74,10 @@ void gnp_task_skip(struct gnp_task *task, size_t items);
 /* Workers: books nanoseconds spent on a chunk; task may be NULL. What the task and those it is a part of have had, of the outermost. */
 void gnp_task_serve(struct gnp_task *task, uint64_t nanoseconds);
 uint64_t gnp_task_served(const struct gnp_task *task);
+
+/* Coordinator: where work for the task records what is wrong with its answer (gnp_warnings_add): the warnings of the outermost of those it
+ * is a part of. NULL without a task. */
+struct gnp_warnings *gnp_task_warnings(const struct gnp_task *task);
 
 /* Coordinator: books part of a finished stage's seconds on another one, where one loop did the work of both. */
 void gnp_task_rebook(struct gnp_task *task, enum gnp_stage from, enum gnp_stage to, double seconds);

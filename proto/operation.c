@@ -440,7 +440,9 @@ size_t gnp_call_rows(const struct gnp_call *call, int64_t extent)
 gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
                         struct gnp_response *response, struct gnp_error *error)
 {
-	gnp_status status = call->operation->run(call, pool, task, response, error);
+	struct gnp_task own;
+	gnp_task_init(&own); /* warnings go through a task */
+	gnp_status status = call->operation->run(call, pool, task ? task : &own, response, error);
 	if (status != GNP_OK)
 		gnp_response_clear(response);
 	return status;

@@ -108,7 +108,7 @@ bool gnp_call_names_outputs(const struct gnp_call *call);
 /* Rows that an extent of the operation's outputs will stand for: the points, what inputs say of it, or what the operation knows. */
 size_t gnp_call_rows(const struct gnp_call *call, int64_t extent);
 
-/* Runs it. On failure response is empty. */
+/* Runs it. On failure response is empty. task may be NULL. */
 gnp_status gnp_call_run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
                         struct gnp_response *response, struct gnp_error *error);
 

@@ -184,30 +184,35 @@ static gnp_status report_seconds(const struct gnp_task *task, struct gnp_values 
 	return status;
 }
 
-static gnp_status write_warnings(const struct gnp_common_facts *facts, const char *warning, struct gnp_buffer *text,
-                                 struct gnp_error *error)
+static void warn_of_facts(const struct gnp_common_facts *facts, struct gnp_warnings *warnings)
 {
-	gnp_status status = GNP_OK;
-	if (warning)
-		status = gnp_buffer_printf(text, error, "%s", warning);
-	if (status == GNP_OK && facts->degenerate)
-		status = gnp_buffer_printf(text, error, "%s%zu points have a neighbourhood too poor for the basis: a lower degree was used there",
-		                           text->size ? "; " : "", facts->degenerate);
-	if (status == GNP_OK && facts->normals_estimated && facts->components > 1)
-		status = gnp_buffer_printf(text, error, "%snormals were estimated and each of %zu separate components is oriented by itself",
-		                           text->size ? "; " : "", facts->components);
-	return status;
+	if (facts->degenerate)
+		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE, "%zu points have a neighbourhood too poor for the basis: a lower degree was used there",
+		                 facts->degenerate);
+	if (facts->normals_estimated && facts->components > 1)
+		gnp_warnings_add(warnings, GNP_WARNING_COMPONENTS, "normals were estimated and each of %zu separate components is oriented by itself",
+		                 facts->components);
 }
 
-gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const char *warning, const struct gnp_task *task,
-                                 struct gnp_values *report, struct gnp_error *error)
+static gnp_status write_warnings(const struct gnp_warnings *warnings, struct gnp_values *report, struct gnp_error *error)
 {
 	struct gnp_buffer text = {0};
-	gnp_status status = report_seconds(task, report, error);
-	if (status == GNP_OK)
-		status = write_warnings(facts, warning, &text, error);
+	gnp_status status = GNP_OK;
+	for (int kind = 0; kind < GNP_WARNING_KINDS && status == GNP_OK; kind++)
+		if (warnings->text[kind][0])
+			status = gnp_buffer_printf(&text, error, "%s%s", text.size ? "; " : "", warnings->text[kind]);
 	if (status == GNP_OK && text.size)
 		status = gnp_values_add_string(report, "warnings", (const char *)text.data, error);
 	gnp_buffer_clear(&text);
 	return status;
+}
+
+gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
+                                 struct gnp_error *error)
+{
+	struct gnp_warnings warnings = {0};
+	gnp_warnings_merge(&warnings, gnp_task_warnings(task));
+	warn_of_facts(facts, &warnings);
+	gnp_status status = report_seconds(task, report, error);
+	return status == GNP_OK ? write_warnings(&warnings, report, error) : status;
 }

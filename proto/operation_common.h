@@ -83,8 +83,8 @@ struct gnp_common_facts {
 /* The beginning of a report: estimator and its choices, normals, patches. */
 gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct gnp_estimate_options *options,
                              struct gnp_values *report, struct gnp_error *error);
-/* Its end: the seconds of the stages, and warnings; warning: the operation's own, or NULL. task may be NULL. */
-gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const char *warning, const struct gnp_task *task,
-                                 struct gnp_values *report, struct gnp_error *error);
+/* Its end: the seconds of the stages, and the task's warnings with those that follow from facts: one text, parted by "; ". task may be NULL. */
+gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
+                                 struct gnp_error *error);
 
 #endif

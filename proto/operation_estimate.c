@@ -115,7 +115,7 @@ static gnp_status add_report(const struct gnp_estimate *estimate, const struct g
 	const struct gnp_common_facts facts = {estimate->model, estimate->normals_estimated != 0, estimate->components,
 	                                       estimate->patches, estimate->degenerate};
 	gnp_status status = gnp_common_report(&facts, o, report, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

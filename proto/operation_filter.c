@@ -133,15 +133,13 @@ static gnp_status report_projection(const struct gnp_filter *filter, struct gnp_
 }
 
 /* Contamination is rare points that are far off; noise is many that are a little. */
-static const char *warn_of_noise(const struct gnp_filter *filter, char *text, size_t size)
+static void warn_of_noise(const struct gnp_filter *filter, struct gnp_warnings *warnings)
 {
-	size_t dropped = filter->count - filter->kept;
-	double percent = 100 * (double)dropped / (double)filter->count;
-	if (percent <= 30)
-		return NULL;
-	snprintf(text, size, "%.0f %% of the points were dropped: the cloud is noisy rather than contaminated, take weights=noise_70k or "
-	         "a larger alpha", percent);
-	return text;
+	enum { MOST = 30 };
+	double percent = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
+	if (percent > MOST)
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped, more than %d %%: the cloud is noisy rather than "
+		                 "contaminated, take weights=noise_70k or a larger alpha", percent, MOST);
 }
 
 static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o, const struct gnp_task *task,
@@ -149,14 +147,14 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 {
 	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components, filter->patches,
 	                                       filter->degenerate};
-	char warning[200];
+	warn_of_noise(filter, gnp_task_warnings(task));
 	gnp_status status = gnp_common_report(&facts, &o->estimate, report, error);
 	if (status == GNP_OK)
 		status = report_counts(filter, report, error);
 	if (status == GNP_OK && o->project)
 		status = report_projection(filter, report, error);
 	if (status == GNP_OK)
-		status = gnp_common_report_end(&facts, warn_of_noise(filter, warning, sizeof warning), task, report, error);
+		status = gnp_common_report_end(&facts, task, report, error);
 	return status;
 }
 

@@ -206,7 +206,7 @@ static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_
 	gnp_status status = report_end(flow, report, error);
 	if (status == GNP_OK)
 		status = gnp_common_report(&facts, &o->estimate, report, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

@@ -108,7 +108,7 @@ static gnp_status add_report(bool found, size_t sources, const struct options *o
 		status = gnp_values_add_bool(report, "operator_kept", found, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "sources", (int64_t)sources, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

@@ -61,7 +61,7 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
 	gnp_status status = gnp_equation_report(&info, found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_number(report, "time", o->dt * o->steps, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

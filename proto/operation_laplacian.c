@@ -15,7 +15,8 @@ static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y, DIVERGENCE_Z, OUTPUTS };
 #define DERIVATIVE(name, help) {name, GNP_FP64, 1, {-4}, false, help}
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false, "row i of every matrix below has entries row_offsets[i] to row_offsets[i + 1] - 1"},
+	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false, "row i of every matrix below, that of point i, has entries row_offsets[i] to "
+	                                              "row_offsets[i + 1] - 1: none where the filter dropped the point"},
 	[COLUMNS] = {"columns", GNP_INT64, 1, {-4}, false, "the column of each entry, ascending within a row"},
 	[VALUES] = DERIVATIVE("values", "Delta of the functions whose values stand at the kept points [1/length^2]"),
 	[KEPT] = {"kept", GNP_INT64, 1, {-2}, false, "the point of each column"},
@@ -58,17 +59,15 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	return gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
 }
 
-/* A row of the matrix for each point that is left, and a column as well where the system is square. */
+/* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
 static size_t rows(const struct gnp_call *call, int64_t extent)
 {
 	const struct gnp_equation_options *o = &((const struct options *)(const void *)call->options)->equation;
-	if (o->filter)
-		return GNP_ROWS_OPEN;
 	if (extent == -4)
 		return GNP_ROWS_OTHER; /* a stencil a row */
 	if (extent == -3)
 		return call->points + 1;
-	return o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
+	return !o->filter && o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
 }
 
 /* Stencils of 30 entries unless told: an index and, for each matrix, a number. */
@@ -131,7 +130,7 @@ static gnp_status add_report(const struct gnp_collocation *c, const struct optio
 		status = gnp_values_add_integer(report, "unknowns", (int64_t)c->columns, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "reduced_stencils", (int64_t)c->reduced, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static unsigned derivatives(uint64_t wanted)

@@ -165,16 +165,14 @@ static struct worst worst_of(const struct work *work)
 	return worst;
 }
 
-static void write_warning(const struct worst *worst, size_t sides, char *text, size_t size)
+static void warn(const struct worst *worst, size_t sides, struct gnp_warnings *warnings)
 {
-	int length = 0;
-	text[0] = '\0';
 	if (worst->removed)
-		length = snprintf(text, size, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed, sides);
+		gnp_warnings_add(warnings, GNP_WARNING_MEAN, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed,
+		                 sides);
 	if (worst->unbelievable)
-		snprintf(text + length, size - (size_t)length, "%s%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
-		                                               "right-hand side explains, the cloud does not resolve the surface or the source",
-		         length ? "; " : "", worst->unbelievable, sides, worst->energy);
+		gnp_warnings_add(warnings, GNP_WARNING_ENERGY, "%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
+		                 "right-hand side explains, the cloud does not resolve the surface or the source", worst->unbelievable, sides, worst->energy);
 }
 
 static gnp_status add_report(const struct work *work, const struct options *o, const struct gnp_task *task, struct gnp_values *report,
@@ -183,8 +181,7 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
 	const struct gnp_common_facts facts = {.normals_estimated = info.normals_estimated != 0};
 	const struct worst worst = worst_of(work);
-	char warning[400];
-	write_warning(&worst, work->sides, warning, sizeof warning);
+	warn(&worst, work->sides, gnp_task_warnings(task));
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "right_hand_sides", (int64_t)work->sides, error);
@@ -194,7 +191,7 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 		status = gnp_values_add_number(report, "residual", worst.residual, error);
 	if (status == GNP_OK && isfinite(worst.energy))
 		status = gnp_values_add_number(report, "energy", worst.energy, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, warning[0] ? warning : NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

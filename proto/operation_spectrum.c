@@ -87,7 +87,7 @@ static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct o
 	gnp_status status = gnp_common_report(&facts, estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "solves", (int64_t)spectrum->solves, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, NULL, task, report, error) : status;
+	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

@@ -16,6 +16,7 @@ struct gnp_prepared_entry {
 	bool listed;
 	size_t holds, bytes;
 	void *object;
+	struct gnp_warnings warnings;     /* that the making left */
 };
 
 struct gnp_prepared_cache {
@@ -194,6 +195,15 @@ static void publish(struct gnp_prepared_cache *cache, struct gnp_prepared_entry 
 	pthread_cond_broadcast(&cache->made);
 }
 
+/* What was warned of while the object was made is true of every answer from it. */
+static gnp_status make(struct gnp_prepared_entry *entry, void *context, struct gnp_task *task, struct gnp_error *error)
+{
+	gnp_status status = entry->kind->make(context, task, &entry->object, &entry->bytes, error);
+	if (status == GNP_OK)
+		gnp_warnings_merge(&entry->warnings, gnp_task_warnings(task));
+	return status;
+}
+
 static gnp_status make_alone(const struct gnp_prepared_kind *kind, void *context, struct gnp_task *task, struct gnp_prepared_entry **out,
                              struct gnp_error *error)
 {
@@ -201,7 +211,7 @@ static gnp_status make_alone(const struct gnp_prepared_kind *kind, void *context
 	if (!entry)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "cache: no memory");
 	*entry = (struct gnp_prepared_entry){.kind = kind, .holds = 1, .state = READY};
-	gnp_status status = kind->make(context, task, &entry->object, &entry->bytes, error);
+	gnp_status status = make(entry, context, task, error);
 	if (status == GNP_OK)
 		*out = entry;
 	else
@@ -225,7 +235,7 @@ gnp_status gnp_prepared_get(struct gnp_prepared_cache *cache, const char key[GNP
 	pthread_mutex_unlock(&cache->lock);
 	if (!entry)
 		return gnp_error_set(error, reason.status, "%s", reason.text);
-	gnp_status status = *found ? GNP_OK : kind->make(context, task, &entry->object, &entry->bytes, error);
+	gnp_status status = *found ? GNP_OK : make(entry, context, task, error);
 	if (!*found) {
 		pthread_mutex_lock(&cache->lock);
 		publish(cache, entry, status, &evicted);
@@ -235,6 +245,8 @@ gnp_status gnp_prepared_get(struct gnp_prepared_cache *cache, const char key[GNP
 			entry_free(entry);
 		free_all(evicted);
 	}
+	if (*found)
+		gnp_warnings_merge(gnp_task_warnings(task), &entry->warnings);
 	if (status == GNP_OK)
 		*out = entry;
 	return status;

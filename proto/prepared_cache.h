@@ -28,7 +28,7 @@ struct gnp_prepared_kind {
 };
 
 /* A hold on the object of that key, made by kind->make(context) unless it is there; *found: it was, or another request made it. cache may be
- * NULL: it is made for this hold alone. A task that is cancelled stops waiting within 50 ms. On failure *out is unchanged. */
+ * NULL: it is made for this hold alone. The task gets the warnings that the making left. A task that is cancelled stops waiting within 50 ms. On failure *out is unchanged. */
 gnp_status gnp_prepared_get(struct gnp_prepared_cache *cache, const char key[GNP_SHA256_TEXT], const struct gnp_prepared_kind *kind,
                             void *context, struct gnp_task *task, struct gnp_prepared_entry **out, bool *found, struct gnp_error *error);
 void *gnp_prepared_object(const struct gnp_prepared_entry *entry);

@@ -114,7 +114,7 @@ static void noise_is_told_from_contamination(void)
 	gnp_values_add_number(&request.parameters, "alpha", median, NULL);
 	run_well("filter", &request, &response);
 	CHECK_NEAR(number(&response, "kept"), ON / 2, 1);
-	CHECK_CONTAINS(text(&response, "warnings"), "50 % of the points were dropped: the cloud is noisy rather than contaminated, take "
+	CHECK_CONTAINS(text(&response, "warnings"), "50 % of the points were dropped, more than 30 %: the cloud is noisy rather than contaminated, take "
 	                                            "weights=noise_70k or a larger alpha");
 	gnp_response_clear(&response);
 	gnp_request_clear(&request);
