@@ -24,6 +24,7 @@ HEAD    ?= projection
 TARGET  ?= $(FUZZERS)
 CC      ?= cc
 SAN     ?=
+SEED    ?= 1
 
 # Everything is built in OUT: what a sanitizer makes gets a folder of its own.
 comma := ,
@@ -63,7 +64,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers soak bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak bench validate validate-pde train cards scans openapi install deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -117,6 +118,9 @@ $(OUT)/tests/fuzz/replay_%: $(OUT)/tests/fuzz/fuzz_%.o $(OUT)/tests/fuzz/replay.
 $(OUT)/tests/fuzz/fuzz_%: $(OUT)/tests/fuzz/fuzz_%.o $(LIB_SERVER)
 	$(LINK) -fsanitize=fuzzer -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 
+$(OUT)/tests/property/property: $(call object,$(wildcard tests/property/*.c)) $(LIB_CLIENT)
+	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+
 $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 	@mkdir -p $(@D)
 	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
@@ -124,7 +128,7 @@ $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 unit: $(TESTS) ## build and run the unit tests
 	tests/run-unit $(TESTS)
 
-test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so ## build and run everything; the last line is the count
+test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/property/property ## build and run everything; the last line is the count
 	tests/run-all $(OUT)
 
 # libFuzzer is clang's: what is fuzzed is built by clang, in a folder of its own.
@@ -135,6 +139,14 @@ fuzz: ## fuzz the decoders with clang's libFuzzer, each target for so long: MINU
 	tests/fuzz/fuzz '$(BUILD)/fuzz' $(if $(filter command line environment,$(origin MINUTES)),$(MINUTES),1) $(TARGET)
 
 fuzzers: $(FUZZERS:%=$(OUT)/tests/fuzz/fuzz_%)
+
+# What is asked for longer than make test has time for is looked at by the sanitizers.
+property: ## draw requests over odd clouds for so long and judge the answers, under sanitizers: MINUTES=10 SEED=1
+	@$(MAKE) --no-print-directory SAN=address,undefined property-programs
+	BUILD='$(BUILD)/address-undefined' tests/property/run --seed $(SEED) \
+		--minutes $(if $(filter command line environment,$(origin MINUTES)),$(MINUTES),10)
+
+property-programs: $(OUT)/gnpd $(OUT)/tests/property/property
 
 soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 10 minutes; SOAK=0.1 shortens them, SAN= as for test
 	GNPD=$(OUT)/gnpd tests/soak/run
@@ -190,5 +202,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c tests/fuzz/*.c))
+-include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c tests/fuzz/*.c tests/property/*.c))
 endif

@@ -131,7 +131,8 @@ static void write_row(struct work *work, size_t centre, const struct row *row)
 }
 
 /* Where even the lowest degree is not determined (strays, points on a line): the value is the others' mean, the Laplacian that of the
- * graph, first derivatives are none. The system stays regular, and nobody else is any the worse. */
+ * graph, first derivatives are none. The system stays regular, and nobody else is any the worse. A centre that carries no unknown has the others'
+ * mean for its value and thus no Laplacian. */
 static void fall_back(size_t centre, struct row *row)
 {
 	double square = 0;
@@ -140,7 +141,7 @@ static void fall_back(size_t centre, struct row *row)
 		square = fmax(square, row->u[j] * row->u[j] + row->v[j] * row->v[j]);
 		others += row->point[j] != centre;
 	}
-	double curvature = square > 0 ? 4 / square : 1; /* of the mean over a circle */
+	double curvature = others == row->count ? 0 : square > 0 ? 4 / square : 1; /* of the mean over a circle */
 	for (size_t j = 0; j < row->count; j++) {
 		bool own = row->point[j] == centre;
 		double share = own ? 0 : 1 / (double)others;

@@ -1,5 +1,6 @@
 #include "domain.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -111,12 +112,27 @@ static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_d
 	return status == GNP_OK ? settle(options, pool, task, domain, error) : status;
 }
 
+/* Entries of operators are inverse squares of lengths, and their squares and products have to be numbers, too. */
+static gnp_status check_extent(const struct gnp_cloud *cloud, struct gnp_error *error)
+{
+	static const double least = 1e-60, most = 1e60;
+	double extent = 0;
+	for (size_t i = 3; i < 3 * cloud->count; i++)
+		extent = fmax(extent, fabs(cloud->points[i] - cloud->points[i % 3]));
+	if (extent >= least && extent <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: lie within %g of the first one, equations need %g..%g: take another unit of length",
+	                     extent, least, most);
+}
+
 gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_domain *out, struct gnp_error *error)
 {
 	enum { FEWEST = 12 };
 	struct gnp_domain domain = {.cloud_count = cloud->count, .normals_estimated = !cloud->normals};
 	gnp_status status = gnp_cloud_check(cloud, options->estimate.k > FEWEST ? (size_t)options->estimate.k : FEWEST, error);
+	if (status == GNP_OK)
+		status = check_extent(cloud, error);
 	if (status == GNP_OK && options->filter)
 		status = settle_filtered(cloud, options, pool, task, &domain, error);
 	else if (status == GNP_OK)

@@ -361,8 +361,40 @@ static gnp_status read_sources(const struct gnp_poisson *poisson, const double *
 	return GNP_OK;
 }
 
-static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count, struct gnp_pool *pool,
-                               struct gnp_task *task, const struct gnp_krylov_report *solved, double *solution,
+/* The power of two that brings the largest of a side's numbers to 0.5..1. Squares of what is divided by it neither overflow nor vanish, and
+ * dividing changes no digit. */
+static int exponent_of(const double *b, size_t rows)
+{
+	double most = 0;
+	int exponent = 0;
+	for (size_t i = 0; i < rows; i++)
+		most = fmax(most, fabs(b[i]));
+	frexp(most, &exponent);
+	return exponent;
+}
+
+static void multiply_by_power(double *values, size_t count, size_t stride, int exponent)
+{
+	for (size_t i = 0; i < count; i++)
+		values[i * stride] = ldexp(values[i * stride], exponent);
+}
+
+/* A side's solution and report in the units of its source. */
+static gnp_status take_power_back(const struct gnp_poisson *poisson, size_t column, size_t count, int exponent, double *solution,
+                                  struct gnp_poisson_report *report, struct gnp_error *error)
+{
+	size_t points = poisson->domain.cloud_count;
+	report->mean = ldexp(report->mean, exponent);
+	multiply_by_power(solution + column, points, count, exponent);
+	for (size_t i = 0; i < points; i++)
+		if (!isfinite(solution[i * count + column]))
+			return gnp_error_set(error, GNP_NO_CONVERGENCE, "solution: value %zu of point %zu is %g: the numbers of the source or the points are "
+			                                                "too large or too small for their unit", column, i, solution[i * count + column]);
+	return GNP_OK;
+}
+
+static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count, const int *exponent,
+                               struct gnp_pool *pool, struct gnp_task *task, const struct gnp_krylov_report *solved, double *solution,
                                struct gnp_poisson_report *reports, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
@@ -379,6 +411,8 @@ static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, dou
 		if (status == GNP_OK)
 			status = write_solution(&side, r, count, pool, spare, solution, error);
 		report.energy = poisson->volumes.count ? gnp_energy_quotient(&poisson->volumes, poisson->domain.area, spare, side.b, equation->alpha) : NAN;
+		if (status == GNP_OK)
+			status = take_power_back(poisson, r, count, exponent[r], solution, &report, error);
 		if (reports)
 			reports[r] = report;
 	}
@@ -397,15 +431,21 @@ gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *so
 	bool fits = gnp_size_multiply(equation->rows + equation->unknowns, count, &entries);
 	double *b = fits ? gnp_array_new(entries, sizeof *b) : NULL, *x = b ? b + equation->rows * count : NULL;
 	struct gnp_krylov_report *solved = gnp_array_new(count, sizeof *solved);
-	gnp_status status = b && solved ? read_sources(poisson, source, values, count, b, error)
+	int *exponent = gnp_array_new(count, sizeof *exponent);
+	gnp_status status = b && solved && exponent ? read_sources(poisson, source, values, count, b, error)
 	                                : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu right-hand sides", count);
 	gnp_task_stage(task, GNP_STAGE_SOLVE, 0);
+	for (size_t r = 0; r < count && status == GNP_OK; r++) {
+		exponent[r] = exponent_of(b + r * equation->rows, equation->rows);
+		multiply_by_power(b + r * equation->rows, equation->rows, 1, -exponent[r]);
+	}
 	if (status == GNP_OK)
 		status = gnp_solver_apply(poisson->solver, b, count, &poisson->krylov, pool, task, x, solved, error);
 	if (status == GNP_OK)
-		status = finish_sides(poisson, b, x, count, pool, task, solved, solution, reports, error);
+		status = finish_sides(poisson, b, x, count, exponent, pool, task, solved, solution, reports, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	free(b);
 	free(solved);
+	free(exponent);
 	return status;
 }

@@ -79,6 +79,33 @@ static void write_part(enum gnp_stencil_part part, unsigned degree, const struct
 	}
 }
 
+/* A factor near singular leaves few digits. What is lost shows in functions that must come out exactly: of the constant 1 the value is 1 and every
+ * derivative 0. */
+static bool keeps_constants(const struct work *work, double *const weights[GNP_STENCIL_PARTS])
+{
+	static const double close = 1e-8;
+	for (int part = 0; part < GNP_STENCIL_PARTS; part++) {
+		double sum = part == GNP_STENCIL_VALUE ? -1 : 0, size = 0;
+		for (size_t j = 0; weights[part] && j < work->count; j++) {
+			sum += weights[part][j];
+			size += fabs(weights[part][j]);
+		}
+		if (weights[part] && !(fabs(sum) <= close * size))
+			return false;
+	}
+	return true;
+}
+
+static bool fit(unsigned degree, struct work *work, double *const weights[GNP_STENCIL_PARTS])
+{
+	if (!factor(degree, work))
+		return false;
+	for (int part = 0; part < GNP_STENCIL_PARTS; part++)
+		if (weights[part])
+			write_part((enum gnp_stencil_part)part, degree, work, weights[part]);
+	return keeps_constants(work, weights);
+}
+
 gnp_status gnp_stencil_fit(unsigned degree, unsigned lowest, const double *u, const double *v, size_t count,
                            struct gnp_scratch *scratch, double *const weights[GNP_STENCIL_PARTS], unsigned *used,
                            struct gnp_error *error)
@@ -87,15 +114,12 @@ gnp_status gnp_stencil_fit(unsigned degree, unsigned lowest, const double *u, co
 	if (!take(&work, count, GNP_SIMD_PAD(gnp_taylor_size(degree)), scratch))
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "stencil: no memory for %zu neighbours", count);
 	scale(u, v, &work);
-	while (!factor(degree, &work)) {
+	while (!fit(degree, &work, weights)) {
 		if (degree == lowest)
 			return gnp_error_set(error, GNP_DEGENERATE, "stencil: %zu neighbours do not determine a polynomial of degree %u", count,
 			                     lowest);
 		degree--;
 	}
-	for (int part = 0; part < GNP_STENCIL_PARTS; part++)
-		if (weights[part])
-			write_part((enum gnp_stencil_part)part, degree, &work, weights[part]);
 	*used = degree;
 	return GNP_OK;
 }

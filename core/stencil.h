@@ -26,7 +26,7 @@ enum { GNP_STENCIL_DEGREE_MAX = 7 };
 
 /* u, v (count): in-plane coordinates of the neighbours about the point [length], the point itself among them or not. Of each part
  * with weights[part] not NULL its functional is written there (count) [length^-order]. Where the neighbours do not determine the
- * degree the next lower one is taken, down to `lowest`; *used says which. GNP_DEGENERATE when that fails too, GNP_OUT_OF_MEMORY. */
+ * degree, or so hardly that constants do not come out as such, the next lower one is taken, down to `lowest`; *used says which. GNP_DEGENERATE when that fails too, GNP_OUT_OF_MEMORY. */
 gnp_status gnp_stencil_fit(unsigned degree, unsigned lowest, const double *u, const double *v, size_t count,
                            struct gnp_scratch *scratch, double *const weights[GNP_STENCIL_PARTS], unsigned *used,
                            struct gnp_error *error);
