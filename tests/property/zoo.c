@@ -293,6 +293,7 @@ static bool add_choices(const char *list, struct gnp_request *request)
 	for (; request->outputs && *list; list += strcspn(list, ","), list += *list == ',') {
 		struct gnp_output_choice *choice = &request->outputs[request->output_count++];
 		snprintf(choice->name, sizeof choice->name, "%.*s", (int)strcspn(list, ","), list);
+		choice->binary = true;
 	}
 	return request->outputs != NULL;
 }
