@@ -45,10 +45,13 @@ typedef enum gnp_status {
 	GNP_STATUS_COUNT
 } gnp_status;
 
+/* Room for the longest list of known names and what stands before it (core/names.h). */
+enum { GNP_ERROR_TEXT = 768 };
+
 /* Zero-initialise before use: struct gnp_error error = {0}. */
 struct gnp_error {
 	gnp_status status;
-	char text[384]; /* NUL-terminated, empty while status is GNP_OK */
+	char text[GNP_ERROR_TEXT]; /* NUL-terminated, empty while status is GNP_OK */
 };
 
 /* Records status and text unless error is NULL or already holds an error. Returns status. */
