@@ -7,6 +7,8 @@
 #ifndef GNP_CORE_STATUS_H
 #define GNP_CORE_STATUS_H
 
+#include <stddef.h>
+
 /* The one table: enumerator, wire name, HTTP status code, sentence. Nothing else maps errors. */
 #define GNP_STATUS_TABLE(X)                                                                      \
 	X(GNP_OK, "ok", 200, "success")                                                              \
@@ -57,6 +59,9 @@ struct gnp_error {
 /* Records status and text unless error is NULL or already holds an error. Returns status. */
 gnp_status gnp_error_set(struct gnp_error *error, gnp_status status, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
+
+/* GNP_OUT_OF_MEMORY: "filter: no memory for 1000 points". what: who has none, cut after 120 bytes; things: what there are count of. */
+gnp_status gnp_no_memory(const char *what, size_t count, const char *things, struct gnp_error *error);
 
 /* The table's columns; an unknown status reads as GNP_INTERNAL. */
 const char *gnp_status_name(gnp_status status);
