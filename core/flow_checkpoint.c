@@ -172,13 +172,15 @@ static void take_result(struct reader *reader, const struct figures *figures, st
 	shots->count = figures->shots;
 }
 
-/* Indices lead nowhere they must not, and none of the cloud's points is there twice. */
+/* Places are those of a cloud, indices lead nowhere they must not, and none of the cloud's points is there twice. */
 static gnp_status check_state(const struct gnp_flow_state *state, size_t cloud_count, struct gnp_error *error)
 {
 	unsigned char *seen = gnp_array_zero(cloud_count, 1);
 	if (!seen)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "checkpoint: no memory for %zu points", cloud_count);
 	bool good = true;
+	for (size_t i = 0; i < 3 * state->count && good; i++)
+		good = fabs(state->points[i]) <= GNP_COORDINATE_MAX && isfinite(state->normals[i]);
 	for (size_t i = 0; i < state->count && good; i++) {
 		int64_t index = state->index[i];
 		good = index >= -1 && (index < 0 || ((uint64_t)index < cloud_count && !seen[index]++)) && state->fixed[i] <= 1;
@@ -186,7 +188,7 @@ static gnp_status check_state(const struct gnp_flow_state *state, size_t cloud_c
 	for (size_t i = 0; state->neighbor && i < GNP_FLOW_EDGES * state->count && good; i++)
 		good = state->neighbor[i] < state->count;
 	free(seen);
-	return good ? GNP_OK : refuse("indices that lead nowhere", error);
+	return good ? GNP_OK : refuse("places or indices that lead nowhere", error);
 }
 
 static gnp_status check_result(const struct gnp_flow *result, const struct figures *figures, struct gnp_error *error)
