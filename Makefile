@@ -33,7 +33,7 @@ OUT   := $(BUILD)$(if $(SAN),/$(subst $(comma),-,$(SAN)))
 PKGS_CORE   := nettle jansson
 PKGS_PROTO  := jansson zlib libzip
 PKGS_SERVER := libmicrohttpd gnutls
-PKGS_CLIENT := libcurl libpng
+PKGS_CLIENT := libcurl libpng jansson
 
 # FLANN's and SuiteSparse's pkg-config files name libraries their C interfaces do not need.
 LIBS_CORE    = -lflann -lcholmod -lopenblas $(shell pkg-config --libs $(PKGS_CORE)) -lm

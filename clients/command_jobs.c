@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "answer.h"
 #include "command.h"
 #include "file_io.h"
 #include "job_client.h"
@@ -17,28 +18,23 @@ static const struct gnp_option options[] = {
 	{"timeout", 0, "SECONDS", "how long the server may take for an answer (default: no limit)"},
 };
 
-/* One job of a list, from its "id" to the next one's. */
-static void print_job(const char *text, size_t size)
+static void print_job(const struct json_t *job)
 {
-	const struct gnp_buffer json = {.data = (unsigned char *)text, .size = size};
 	char id[GNP_JOB_ID_MAX], operation[33], state[16], created[40];
-	gnp_http_json_string(&json, "id", id, sizeof id);
-	gnp_http_json_string(&json, "operation", operation, sizeof operation);
-	gnp_http_json_string(&json, "state", state, sizeof state);
-	gnp_http_json_string(&json, "created", created, sizeof created);
+	gnp_answer_string(job, "id", id, sizeof id);
+	gnp_answer_string(job, "operation", operation, sizeof operation);
+	gnp_answer_string(job, "state", state, sizeof state);
+	gnp_answer_string(job, "created", created, sizeof created);
 	printf("%s  %-10s %-10s %s\n", id, state, operation, created);
 }
 
 static void print_list(const struct gnp_buffer *json)
 {
-	static const char begin[] = "{\"id\":";
-	const char *end = (const char *)json->data + json->size;
-	const char *at = json->size ? memmem(json->data, json->size, begin, sizeof begin - 1) : NULL;
-	while (at) {
-		const char *next = memmem(at + 1, (size_t)(end - at - 1), begin, sizeof begin - 1);
-		print_job(at, (size_t)((next ? next : end) - at));
-		at = next;
-	}
+	struct json_t *answer = gnp_answer_parse(json);
+	const struct json_t *jobs = gnp_answer_member(answer, "jobs"), *job;
+	for (size_t i = 0; (job = gnp_answer_at(jobs, i)); i++)
+		print_job(job);
+	gnp_answer_free(answer);
 }
 
 static gnp_status list(const struct gnp_job_server *server, const struct gnp_arguments *arguments, struct gnp_error *error)
@@ -77,7 +73,9 @@ static gnp_status cancel(const struct gnp_job_server *server, const char *id, st
 	struct gnp_buffer json = {0};
 	snprintf(path, sizeof path, "/%.*s", GNP_JOB_ID_MAX - 1, id);
 	gnp_status status = gnp_job_call(server, "DELETE", path, &json, error);
-	gnp_http_json_string(&json, "state", state, sizeof state);
+	struct json_t *job = gnp_answer_parse(&json);
+	gnp_answer_string(job, "state", state, sizeof state);
+	gnp_answer_free(job);
 	if (status == GNP_OK)
 		puts(!*state ? "removed" : strcmp(state, "cancelled") == 0 ? "cancelled" : "being cancelled");
 	gnp_buffer_clear(&json);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "names.h"
 
 static const struct gnp_tensor *find_spelled(const struct gnp_tensors *tensors, const char *name, const char *ending)
 {
@@ -30,11 +31,11 @@ const struct gnp_tensor *gnp_field_find(const struct gnp_tensors *tensors, const
 
 static gnp_status not_found(const struct gnp_tensors *tensors, const char *name, struct gnp_error *error)
 {
-	char list[200] = "";
-	size_t used = 0;
-	for (size_t i = 0; i < tensors->count && used < sizeof list; i++)
-		used += (size_t)snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", tensors->items[i].name);
-	return gnp_error_set(error, GNP_NOT_FOUND, "field %.64s: not in the file, which has %s", name, list);
+	struct gnp_names list;
+	gnp_names_begin(&list, name, strlen(name));
+	for (size_t i = 0; i < tensors->count; i++)
+		gnp_names_add(&list, tensors->items[i].name);
+	return gnp_error_set(error, GNP_NOT_FOUND, "field %.64s: not in the file, which has %s", name, gnp_names_end(&list));
 }
 
 static gnp_status wrong_size(const char *name, const struct gnp_tensor *tensor, size_t count, size_t width,

@@ -5,6 +5,7 @@
 
 #include "command.h"
 #include "linalg.h"
+#include "names.h"
 
 #ifndef GNP_VERSION
 #define GNP_VERSION "0.1.0"
@@ -78,16 +79,26 @@ static enum gnp_exit run_command(const struct gnp_command *command, int argc, ch
 	return command->run(command, &arguments, error);
 }
 
+static enum gnp_exit unknown_command(const char *name, struct gnp_error *error)
+{
+	struct gnp_names names;
+	gnp_names_begin(&names, name, strlen(name));
+	for (size_t i = 0; i < COMMANDS; i++)
+		gnp_names_add(&names, commands[i]->name);
+	for (size_t i = 0; gnp_operation_at(i); i++)
+		gnp_names_add(&names, gnp_operation_at(i)->name);
+	gnp_error_set(error, GNP_NOT_FOUND, "unknown command%s", gnp_names_hint(&names));
+	return GNP_EXIT_USAGE;
+}
+
 static enum gnp_exit run_named(const char *name, int argc, char **argv, struct gnp_error *error)
 {
 	for (size_t i = 0; i < COMMANDS; i++)
 		if (strcmp(commands[i]->name, name) == 0)
 			return run_command(commands[i], argc, argv, error);
 	const struct gnp_operation *operation = gnp_operation_find(name);
-	if (!operation) {
-		gnp_error_set(error, GNP_NOT_FOUND, "unknown command");
-		return GNP_EXIT_USAGE;
-	}
+	if (!operation)
+		return unknown_command(name, error);
 	struct gnp_option options[GNP_OPERATION_OPTIONS_MAX];
 	struct gnp_command command;
 	if (gnp_command_for_operation(operation, options, &command, error) != GNP_OK)

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "answer.h"
+
 enum { KEY_MAX = 512 };
 
 struct exchange {
@@ -48,28 +50,6 @@ gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct g
 	return status;
 }
 
-void gnp_http_json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size)
-{
-	char quoted[32];
-	value[0] = 0;
-	int length = snprintf(quoted, sizeof quoted, "\"%s\"", key);
-	const char *at = body->size ? memmem(body->data, body->size, quoted, (size_t)length) : NULL;
-	if (!at)
-		return;
-	const char *end = (const char *)body->data + body->size;
-	for (at += length; at < end && (*at == ' ' || *at == ':'); at++)
-		;
-	if (at == end || *at++ != '"')
-		return;
-	size_t used = 0;
-	for (; at < end && *at != '"' && used + 1 < size; at++) {
-		if (*at == '\\' && at + 1 < end)
-			at++;
-		value[used++] = *at;
-	}
-	value[used] = 0;
-}
-
 gnp_status gnp_http_status_of(const char *code)
 {
 	for (int i = 0; i < GNP_STATUS_COUNT; i++)
@@ -85,10 +65,12 @@ static gnp_status status_of(const char *code, long http)
 
 gnp_status gnp_http_failure(const char *url, long code, const struct gnp_buffer *body, struct gnp_error *error)
 {
-	char text[256], name[48], id[80], quoted[120];
-	gnp_http_json_string(body, "error", text, sizeof text);
-	gnp_http_json_string(body, "code", name, sizeof name);
-	gnp_http_json_string(body, "request_id", id, sizeof id);
+	char text[GNP_ERROR_TEXT - 96], name[48], id[64], quoted[120];
+	struct json_t *answer = gnp_answer_parse(body);
+	gnp_answer_string(answer, "error", text, sizeof text);
+	gnp_answer_string(answer, "code", name, sizeof name);
+	gnp_answer_string(answer, "request_id", id, sizeof id);
+	gnp_answer_free(answer);
 	if (text[0])
 		return gnp_error_set(error, status_of(name, code), "%s (HTTP %ld%s%s)", text, code, id[0] ? ", request " : "", id);
 	size_t length = body->size < sizeof quoted - 1 ? body->size : sizeof quoted - 1;

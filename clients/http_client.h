@@ -31,13 +31,10 @@ gnp_status gnp_http_check_key(const char *key, struct gnp_error *error);
 /* Appends text to the buffer with everything but letters, digits, '-', '.', '_', '~' and ',' percent-encoded. */
 gnp_status gnp_http_escape(const char *text, struct gnp_buffer *buffer, struct gnp_error *error);
 
-/* The string value of a key of a JSON object, the first there is at any depth, with one-character escapes undone; empty without. */
-void gnp_http_json_string(const struct gnp_buffer *body, const char *key, char *value, size_t size);
-
 /* The status of that wire name; GNP_INTERNAL where there is none. */
 gnp_status gnp_http_status_of(const char *code);
 
-/* The status and text of an error body {"error","code","request_id"}; any other body is quoted as it is, cut short. */
+/* The status and text of an error body {"error","code","request_id"}; any other body is quoted as it is, but for control characters, cut short. */
 gnp_status gnp_http_failure(const char *url, long code, const struct gnp_buffer *body, struct gnp_error *error);
 
 #endif

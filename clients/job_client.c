@@ -1,8 +1,10 @@
 #include "job_client.h"
 
+#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
+
+#include "answer.h"
 
 static gnp_status build_url(const char *root, const char *path, struct gnp_buffer *url, struct gnp_error *error)
 {
@@ -30,30 +32,31 @@ gnp_status gnp_job_call(const struct gnp_job_server *server, const char *method,
 
 gnp_status gnp_job_id(const struct gnp_buffer *json, char id[GNP_JOB_ID_MAX], struct gnp_error *error)
 {
-	gnp_http_json_string(json, "id", id, GNP_JOB_ID_MAX);
+	struct json_t *job = gnp_answer_parse(json);
+	gnp_answer_string(job, "id", id, GNP_JOB_ID_MAX);
+	gnp_answer_free(job);
 	return *id ? GNP_OK : gnp_error_set(error, GNP_INTERNAL, "job: the server's answer has no \"id\"");
 }
 
 /* The share of a job that is done, in thousandths, for the progress. */
-static void show(const struct gnp_job_server *server, const struct gnp_buffer *json)
+static void show(const struct gnp_job_server *server, const struct json_t *job)
 {
-	static const char key[] = "\"fraction\":";
-	const char *at = json->size ? memmem(json->data, json->size, key, sizeof key - 1) : NULL;
-	double fraction = at ? strtod(at + sizeof key - 1, NULL) : 0; /* a comma or a brace ends it */
+	double fraction = fmin(fmax(gnp_answer_number(gnp_answer_member(job, "progress"), "fraction"), 0), 1);
 	atomic_store(&server->progress->phase, "job");
 	atomic_store(&server->progress->task->total, 1000);
 	atomic_store(&server->progress->task->done, (size_t)(1000 * fraction));
 }
 
-static gnp_status failure_of(const struct gnp_buffer *json, const char *id, const char *state, struct gnp_error *error)
+static gnp_status failure_of(const struct json_t *job, const char *id, const char *state, struct gnp_error *error)
 {
-	char code[48], text[256];
+	char code[48], text[GNP_ERROR_TEXT - 64];
+	const struct json_t *cause = gnp_answer_member(job, "error");
 	if (strcmp(state, "cancelled") == 0)
 		return gnp_error_set(error, GNP_CANCELLED, "job %s: was cancelled", id);
 	if (strcmp(state, "failed") != 0)
 		return gnp_error_set(error, GNP_NOT_FOUND, "job %s: has %s", id, *state ? state : "no state");
-	gnp_http_json_string(json, "code", code, sizeof code);
-	gnp_http_json_string(json, "text", text, sizeof text);
+	gnp_answer_string(cause, "code", code, sizeof code);
+	gnp_answer_string(cause, "text", text, sizeof text);
 	return gnp_error_set(error, gnp_http_status_of(code), "job %s: %s", id, text);
 }
 
@@ -64,12 +67,14 @@ gnp_status gnp_job_wait(const struct gnp_job_server *server, const char *id, str
 	for (;;) {
 		struct gnp_buffer json = {0};
 		gnp_status status = gnp_job_call(server, "GET", path, &json, error);
-		gnp_http_json_string(&json, "state", state, sizeof state);
+		struct json_t *job = gnp_answer_parse(&json);
+		gnp_answer_string(job, "state", state, sizeof state);
 		bool waits = status == GNP_OK && (strcmp(state, "queued") == 0 || strcmp(state, "running") == 0);
 		if (waits)
-			show(server, &json);
+			show(server, job);
 		else if (status == GNP_OK && strcmp(state, "succeeded") != 0)
-			status = failure_of(&json, id, state, error);
+			status = failure_of(job, id, state, error);
+		gnp_answer_free(job);
 		gnp_buffer_clear(&json);
 		if (!waits)
 			return status;

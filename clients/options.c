@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "names.h"
+
 static const struct gnp_option *find_long(const struct gnp_option *options, size_t count, const char *name, size_t length)
 {
 	for (size_t i = 0; i < count; i++)
@@ -32,6 +34,16 @@ static gnp_status record(struct gnp_arguments *arguments, const struct gnp_optio
 	return GNP_OK;
 }
 
+static gnp_status unknown_option(const char *text, const struct gnp_option *options, size_t count, struct gnp_error *error)
+{
+	struct gnp_names names;
+	const char *name = text + strspn(text, "-");
+	gnp_names_begin(&names, name, strcspn(name, "="));
+	for (size_t i = 0; i < count; i++)
+		gnp_names_add(&names, options[i].name);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.80s: unknown option%s", text, gnp_names_hint(&names));
+}
+
 static gnp_status parse_option(int argc, char **argv, int *i, const struct gnp_option *options, size_t option_count,
                                struct gnp_arguments *arguments, struct gnp_error *error)
 {
@@ -46,7 +58,7 @@ static gnp_status parse_option(int argc, char **argv, int *i, const struct gnp_o
 		value = text[2] ? text + 2 : NULL;
 	}
 	if (!option)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown option", text);
+		return unknown_option(text, options, option_count, error);
 	if (value && !option->value)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: --%s takes no value", text, option->name);
 	if (!value && (!option->value || option->value[0] == '['))

@@ -7,16 +7,14 @@
 #include "distinct.h"
 #include "memory.h"
 
-static const double coordinate_limit = 1e100;
-
 static gnp_status check_points(const struct gnp_cloud *cloud, struct gnp_error *error)
 {
 	for (size_t i = 0; i < 3 * cloud->count; i++) {
 		double x = cloud->points[i];
-		if (!(fabs(x) <= coordinate_limit))
+		if (!(fabs(x) <= GNP_COORDINATE_MAX))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 			                     "points: coordinate %zu of point %zu is %g, need a finite number of magnitude at most %g",
-			                     i % 3, i / 3, x, coordinate_limit);
+			                     i % 3, i / 3, x, GNP_COORDINATE_MAX);
 	}
 	return GNP_OK;
 }

@@ -111,22 +111,18 @@ static gnp_status compress(size_t entries, struct gnp_task *task, struct gnp_sti
 	return status;
 }
 
-static gnp_status no_memory(size_t count, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "diffusion: no memory for %zu points", count);
-}
-
 gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task,
                               struct gnp_stiffness *out, struct gnp_error *error)
 {
 	struct gnp_stiffness s = {.count = count, .start = gnp_array_zero(count + 1, sizeof *s.start),
 	                          .diagonal = gnp_array_new(count, sizeof *s.diagonal)};
 	size_t entries = 0;
-	gnp_status status = s.start && s.diagonal ? count_entries(edges, neighbor, weight, task, &s, &entries, error) : no_memory(count, error);
+	gnp_status status = s.start && s.diagonal ? count_entries(edges, neighbor, weight, task, &s, &entries, error)
+	                                         : gnp_no_memory("diffusion", count, "points", error);
 	if (status == GNP_OK) {
 		s.column = gnp_array_new(entries, sizeof *s.column);
 		s.value = gnp_array_new(entries, sizeof *s.value);
-		status = s.column && s.value ? GNP_OK : no_memory(count, error);
+		status = s.column && s.value ? GNP_OK : gnp_no_memory("diffusion", count, "points", error);
 	}
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		s.start[i + 1] += s.start[i]; /* ends of rows, which scatter moves to their begins */
@@ -309,7 +305,8 @@ gnp_status gnp_diffusion_solve(const struct gnp_diffusion *diffusion, const doub
 	                 .q = gnp_array_new(count, 3 * sizeof(double)),
 	                 .partial = gnp_array_new((count + CHUNK - 1) / CHUNK, 6 * sizeof(double))};
 	double limit[3], unit = unit_of(diffusion, rhs, x);
-	gnp_status status = w.r && w.p && w.q && w.partial ? begin(&w, rhs, unit, limit, pool, task, error) : no_memory(count, error);
+	gnp_status status = w.r && w.p && w.q && w.partial ? begin(&w, rhs, unit, limit, pool, task, error)
+	                                                  : gnp_no_memory("diffusion", count, "points", error);
 	if (status == GNP_OK)
 		status = iterate(&w, limit, pool, task, iterations, error);
 	for (size_t i = 0; i < 3 * count && status == GNP_OK; i++)

@@ -56,11 +56,6 @@ static void elimination_clear(struct elimination *e)
 	free(e->slab);
 }
 
-static gnp_status no_memory(const struct elimination *e, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "sample: no memory to choose %zu of %zu candidates", e->wanted, e->count);
-}
-
 /* ---- Rows ---- */
 
 static size_t row_of(const struct elimination *e, const float *x, size_t axis)
@@ -114,7 +109,7 @@ static gnp_status entries_order(struct elimination *e, struct gnp_pool *pool, st
 	e->row_start = gnp_array_zero(rows + 1, sizeof *e->row_start);
 	e->entries = gnp_array_new(e->count, sizeof *e->entries);
 	if (!e->row_start || !e->entries)
-		return no_memory(e, error);
+		return gnp_no_memory("sample", e->count, "candidates", error);
 	for (size_t i = 0; i < e->count; i++)
 		e->row_start[row_index(e, e->points + 3 * i)]++;
 	for (size_t row = 0, sum = 0; row <= rows; row++) {
@@ -209,11 +204,11 @@ static gnp_status neighbors_list(void *context, size_t begin, size_t end, struct
 	list->start[0] = 0;
 	for (size_t i = begin; i < end; i++) {
 		if (!list_reserve(list, used, USUAL, &capacity))
-			return no_memory(e, error);
+			return gnp_no_memory("sample", e->count, "candidates", error);
 		size_t found = neighbors_find(e, i, list->neighbor + used, capacity - used);
 		if (found > capacity - used) {
 			if (!list_reserve(list, used, found, &capacity))
-				return no_memory(e, error);
+				return gnp_no_memory("sample", e->count, "candidates", error);
 			neighbors_find(e, i, list->neighbor + used, found);
 		}
 		float sum = 0;
@@ -231,7 +226,7 @@ static gnp_status neighbors_make(struct elimination *e, struct gnp_pool *pool, s
 	e->lists = gnp_array_zero((e->count + LIST - 1) / LIST, sizeof *e->lists);
 	e->weight = gnp_array_new(e->count, sizeof *e->weight);
 	if (!e->lists || !e->weight)
-		return no_memory(e, error);
+		return gnp_no_memory("sample", e->count, "candidates", error);
 	return gnp_pool_run(pool, task, e->count, LIST, neighbors_list, e, error);
 }
 
@@ -257,7 +252,7 @@ static gnp_status slabs_make(struct elimination *e, struct gnp_error *error)
 	e->slabs = (e->rows[1] + LAYERS - 1) / LAYERS;
 	e->slab = gnp_array_zero(e->slabs, sizeof *e->slab);
 	if (!e->slab)
-		return no_memory(e, error);
+		return gnp_no_memory("sample", e->count, "candidates", error);
 	for (size_t s = 0; s < e->slabs; s++) {
 		size_t end = (s + 1) * LAYERS < e->rows[1] ? (s + 1) * LAYERS : e->rows[1];
 		e->slab[s].begin = e->row_start[s * LAYERS * e->rows[0]];

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check.h"
 #include "cover.h"
 #include "memory.h"
 #include "model.h"
@@ -64,13 +65,6 @@ static size_t quantity_width(enum gnp_quantity quantity, size_t basis_size)
 	return width ? width : basis_size;
 }
 
-static gnp_status check_range(const char *name, int value, int low, int high, struct gnp_error *error)
-{
-	if (value >= low && value <= high)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %d, need %d..%d", name, value, low, high);
-}
-
 gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct gnp_error *error)
 {
 	const struct {
@@ -83,7 +77,7 @@ gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct
 	            {"basis", options->basis, GNP_BASIS_TENSOR, GNP_BASIS_TOTAL},
 	            {"weight", options->weight, GNP_WEIGHT_QUARTIC, GNP_WEIGHT_LINEAR}};
 	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-		gnp_status status = check_range(rows[i].name, rows[i].value, rows[i].low, rows[i].high, error);
+		gnp_status status = gnp_check_integer(rows[i].name, rows[i].value, rows[i].low, rows[i].high, error);
 		if (status != GNP_OK)
 			return status;
 	}

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "area.h"
+#include "check.h"
 #include "memory.h"
 #include "model.h"
 #include "outliers.h"
@@ -35,23 +36,17 @@ void gnp_filter_clear(struct gnp_filter *filter)
 
 /* ---- Options ---- */
 
-static gnp_status check_number(const char *name, double value, double least, double most, struct gnp_error *error)
-{
-	if (value >= least && value <= most)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need %g..%g", name, value, least, most);
-}
-
 static gnp_status check_options(const struct gnp_filter_options *options, struct gnp_error *error)
 {
-	if (!(options->alpha > 0 && options->alpha <= 1e100))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "alpha: got %g, need a number above 0 and at most 1e100", options->alpha);
+	gnp_status status = gnp_check_above("alpha", options->alpha, 0, 1e100, error);
+	if (status != GNP_OK)
+		return status;
 	if (options->gross != 0 && !(options->gross >= 1 && options->gross <= 1e6))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
-	gnp_status status = check_number("cluster", options->cluster, 1, 1e6, error);
+	status = gnp_check_number("cluster", options->cluster, 1, 1e6, error);
 	if (status == GNP_OK)
-		status = check_number("iterations", options->iterations, 1, 100, error);
-	return status == GNP_OK ? check_number("tolerance", options->tolerance, 0, 1e6, error) : status;
+		status = gnp_check_number("iterations", options->iterations, 1, 100, error);
+	return status == GNP_OK ? gnp_check_number("tolerance", options->tolerance, 0, 1e6, error) : status;
 }
 
 static size_t least_points(const struct gnp_filter_options *options)
@@ -67,11 +62,6 @@ struct run {
 	struct gnp_task *task;
 	struct gnp_filter result;
 };
-
-static gnp_status no_memory(size_t count, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "filter: no memory for %zu points", count);
-}
 
 /* Leaves of the result's points those whose row `mask` keeps, in their order. */
 static void compact(struct run *run, const unsigned char *mask)
@@ -105,7 +95,7 @@ static gnp_status drop_strays(struct run *run, const struct gnp_prepared *prepar
 	size_t count = r->count;
 	unsigned char *stray = gnp_array_new(count, 1), *keep = gnp_array_new(count, 1);
 	double *away = gnp_array_new(count, sizeof *away);
-	gnp_status status = stray && keep && away ? GNP_OK : no_memory(count, error);
+	gnp_status status = stray && keep && away ? GNP_OK : gnp_no_memory("filter", count, "points", error);
 	gnp_task_stage(run->task, GNP_STAGE_FILTER, 2 * count);
 	if (status == GNP_OK)
 		status = gnp_strays_find(prepared, run->options->gross, (size_t)run->options->cluster, run->pool, run->task, stray, away,
@@ -185,7 +175,7 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 	const double *judged = view->found.values[GNP_OUTLIER];
 	unsigned char *sorted = gnp_array_new(count, 1);
 	view->outlier = gnp_array_new(count, 1);
-	gnp_status status = sorted && view->outlier ? GNP_OK : no_memory(count, error);
+	gnp_status status = sorted && view->outlier ? GNP_OK : gnp_no_memory("filter", count, "points", error);
 	if (status == GNP_OK && !judged) {
 		gnp_task_stage(run->task, GNP_STAGE_FILTER, 2 * count);
 		status = gnp_outliers_find(prepared->points, prepared->normals, count, prepared->neighbors, run->pool, run->task, sorted, error);
@@ -200,7 +190,8 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing, struct gnp_error *error)
 {
 	double *area = gnp_array_new(prepared->count, sizeof *area), total = 0;
-	gnp_status status = area ? gnp_area_measure(prepared, run->pool, run->task, area, NULL, error) : no_memory(prepared->count, error);
+	gnp_status status = area ? gnp_area_measure(prepared, run->pool, run->task, area, NULL, error)
+	                         : gnp_no_memory("filter", prepared->count, "points", error);
 	for (size_t i = 0; i < prepared->count && status == GNP_OK; i++)
 		total += area[i];
 	*spacing = sqrt(total / (double)prepared->count);
@@ -278,7 +269,7 @@ static gnp_status drop_outliers(struct run *run, double *spacing, struct gnp_err
 {
 	struct view view = {.outlier = NULL};
 	unsigned char *mask = gnp_array_new(run->result.kept, 1);
-	gnp_status status = mask ? apply(run, &view, mask, spacing, error) : no_memory(run->result.kept, error);
+	gnp_status status = mask ? apply(run, &view, mask, spacing, error) : gnp_no_memory("filter", run->result.kept, "points", error);
 	view_clear(&view);
 	free(mask);
 	return status;
@@ -293,7 +284,7 @@ static gnp_status project_once(struct run *run, struct gnp_error *error)
 	struct gnp_filter *r = &run->result;
 	struct view view = {.outlier = NULL};
 	double *before = gnp_array_new(r->kept, 3 * sizeof *before);
-	gnp_status status = before ? look(run, true, &view, error) : no_memory(r->kept, error);
+	gnp_status status = before ? look(run, true, &view, error) : gnp_no_memory("filter", r->kept, "points", error);
 	if (status == GNP_OK) {
 		memcpy(before, r->points, 3 * r->kept * sizeof *before);
 		double moved = project(run, &view.found, NULL);
@@ -340,7 +331,7 @@ static gnp_status begin(struct run *run, const struct gnp_cloud *cloud, struct g
 	r->points = gnp_array_new(n, 3 * sizeof *r->points);
 	r->normals = gnp_array_zero(n, 3 * sizeof *r->normals);
 	if (!r->keep || !r->deviation || !r->index || !r->points || !r->normals)
-		return no_memory(n, error);
+		return gnp_no_memory("filter", n, "points", error);
 	r->normals_estimated = !cloud->normals;
 	memcpy(r->points, cloud->points, 3 * n * sizeof *r->points);
 	if (cloud->normals)

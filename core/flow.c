@@ -56,6 +56,7 @@ struct flow {
 	const struct gnp_checkpoint *checkpoint; /* NULL: none is kept */
 	double keep_after;                /* gnp_clock() */
 	size_t kept;                      /* the step that was kept last */
+	char request[GNP_SHA256_TEXT];    /* of the checkpoint's flow */
 	struct gnp_flow result;
 };
 
@@ -227,7 +228,7 @@ static struct gnp_flow_middle middle_of(struct flow *flow)
 {
 	return (struct gnp_flow_middle){.now = &flow->now, .result = &flow->result, .cloud_count = flow->cloud_count,
 	                                .steps_most = (size_t)flow->options->steps, .conformal = flow->conformal != NULL, .time = &flow->time,
-	                                .dt = &flow->move.dt, .unsorted = &flow->unsorted};
+	                                .dt = &flow->move.dt, .unsorted = &flow->unsorted, .request = flow->request};
 }
 
 /* The flow goes on without, where it cannot be kept. */
@@ -244,11 +245,12 @@ static void keep(struct flow *flow)
 }
 
 /* From the start to where it was kept; what is not this flow's is left aside. */
-static void take_up(struct flow *flow)
+static void take_up(struct flow *flow, const struct gnp_cloud *cloud, const unsigned char *fixed)
 {
 	struct gnp_flow_middle middle = middle_of(flow);
 	if (!flow->checkpoint)
 		return;
+	gnp_flow_checkpoint_request(cloud, fixed, flow->options, flow->result.model, flow->request);
 	flow->keep_after = gnp_clock() + flow->checkpoint->seconds;
 	if (flow->checkpoint->kept && gnp_flow_checkpoint_load(&middle, flow->checkpoint->kept, flow->checkpoint->size, NULL) == GNP_OK)
 		flow->kept = flow->result.steps;
@@ -390,7 +392,7 @@ gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char 
 	if (status == GNP_OK)
 		status = begin(&flow, cloud, fixed, error);
 	if (status == GNP_OK)
-		take_up(&flow);
+		take_up(&flow, cloud, fixed);
 	if (status == GNP_OK)
 		status = take_steps(&flow, error);
 	if (status == GNP_OK)

@@ -1,18 +1,20 @@
 #include "flow_checkpoint.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "memory.h"
-#include "sha256.h"
+#include "model.h"
 
-static const char magic[] = "gnp-flow 1 ";
+static const char magic[] = "gnp-flow 2 ";
 
 struct figures {
 	uint64_t count, cloud_count, steps, unsorted, arrays /* a bit for each that is there */, shots, shot_rows;
 	double time, dt;
 	double total_area, volume, spread, dense, overshoot, curvature, resolution, nearest; /* of the state */
+	char request[GNP_SHA256_TEXT - 1];
 };
 
 enum { MAGIC = sizeof magic - 1, HEAD = MAGIC + GNP_SHA256_TEXT - 1 };
@@ -49,18 +51,43 @@ static uint64_t arrays_there(const struct gnp_flow_state *state)
 	return bits;
 }
 
+/* ---- Whose it is ---- */
+
+/* One value for each meaning: any NaN leaves a length open. */
+static double settled(double value)
+{
+	return isnan(value) ? NAN : value;
+}
+
+void gnp_flow_checkpoint_request(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
+                                 const struct gnp_model *model, char request[GNP_SHA256_TEXT])
+{
+	const struct gnp_estimate_options *estimate = &options->estimate;
+	const int integers[] = {options->scheme, options->volume, options->steps, options->snapshot_every, estimate->estimator, estimate->cover,
+	                        estimate->k, estimate->degree, estimate->basis, estimate->weight, cloud->normals != NULL, fixed != NULL};
+	const double numbers[] = {settled(options->dt), settled(options->smoothing_radius), settled(options->spacing),
+	                          settled(options->insertion), options->tangential, options->projection, options->singularity,
+	                          options->spacing_limit};
+	size_t vectors = 3 * cloud->count * sizeof(double);
+	const void *const data[] = {integers, numbers, model ? model->sha256 : NULL, cloud->points, cloud->normals, fixed};
+	const size_t size[] = {sizeof integers, sizeof numbers, model ? strlen(model->sha256) : 0, vectors, cloud->normals ? vectors : 0,
+	                       fixed ? cloud->count : 0};
+	gnp_sha256_text(data, size, sizeof size / sizeof *size, request);
+}
+
 /* ---- Saving ---- */
 
 gnp_status gnp_flow_checkpoint_save(const struct gnp_flow_middle *middle, const struct gnp_checkpoint *checkpoint, struct gnp_error *error)
 {
 	const struct gnp_flow_state *now = middle->now;
 	const struct gnp_flow_snapshots *shots = &middle->result->snapshots;
-	const struct figures figures = {
+	struct figures figures = {
 		.count = now->count, .cloud_count = middle->cloud_count, .steps = middle->result->steps, .unsorted = *middle->unsorted,
 		.arrays = arrays_there(now), .shots = shots->count, .shot_rows = shots->count ? shots->start[shots->count] : 0,
 		.time = *middle->time, .dt = *middle->dt, .total_area = now->total_area, .volume = now->volume, .spread = now->spread,
 		.dense = now->dense, .overshoot = now->overshoot, .curvature = now->curvature, .resolution = now->resolution,
 		.nearest = now->nearest};
+	memcpy(figures.request, middle->request, sizeof figures.request);
 	char head[HEAD + 1];
 	struct gnp_piece pieces[PIECES];
 	size_t count = 0, rows = figures.shot_rows;
@@ -145,13 +172,15 @@ static void take_result(struct reader *reader, const struct figures *figures, st
 	shots->count = figures->shots;
 }
 
-/* Indices lead nowhere they must not, and none of the cloud's points is there twice. */
+/* Places are those of a cloud, indices lead nowhere they must not, and none of the cloud's points is there twice. */
 static gnp_status check_state(const struct gnp_flow_state *state, size_t cloud_count, struct gnp_error *error)
 {
 	unsigned char *seen = gnp_array_zero(cloud_count, 1);
 	if (!seen)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "checkpoint: no memory for %zu points", cloud_count);
 	bool good = true;
+	for (size_t i = 0; i < 3 * state->count && good; i++)
+		good = fabs(state->points[i]) <= GNP_COORDINATE_MAX && isfinite(state->normals[i]);
 	for (size_t i = 0; i < state->count && good; i++) {
 		int64_t index = state->index[i];
 		good = index >= -1 && (index < 0 || ((uint64_t)index < cloud_count && !seen[index]++)) && state->fixed[i] <= 1;
@@ -159,7 +188,7 @@ static gnp_status check_state(const struct gnp_flow_state *state, size_t cloud_c
 	for (size_t i = 0; state->neighbor && i < GNP_FLOW_EDGES * state->count && good; i++)
 		good = state->neighbor[i] < state->count;
 	free(seen);
-	return good ? GNP_OK : refuse("indices that lead nowhere", error);
+	return good ? GNP_OK : refuse("places or indices that lead nowhere", error);
 }
 
 static gnp_status check_result(const struct gnp_flow *result, const struct figures *figures, struct gnp_error *error)
@@ -190,7 +219,8 @@ static gnp_status check_figures(const struct gnp_flow_middle *middle, const stru
 		return refuse("of another cloud", error);
 	if (figures->arrays != wanted || figures->steps < 1 || figures->steps > middle->steps_most || figures->count < 1 ||
 	    figures->count > UINT32_MAX || figures->shots > figures->steps + 1 || figures->shot_rows > SIZE_MAX / 64 ||
-	    (figures->shots > 0) != (middle->result->snapshots.count > 0))
+	    (figures->shots > 0) != (middle->result->snapshots.count > 0) ||
+	    memcmp(figures->request, middle->request, sizeof figures->request) != 0)
 		return refuse("of another flow", error);
 	return GNP_OK;
 }

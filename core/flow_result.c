@@ -5,11 +5,6 @@
 
 #include "memory.h"
 
-static gnp_status no_memory(size_t count, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for the results of %zu points", count);
-}
-
 /* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages, not bytes. */
 static bool extend(void *array, size_t count, size_t size)
 {
@@ -39,7 +34,7 @@ gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_fl
 	if (!extend(&s->start, s->count + 2, sizeof *s->start) || !extend(&s->step, s->count + 1, sizeof *s->step) ||
 	    !extend(&s->time, s->count + 1, sizeof *s->time) || !extend(&s->points, total, 3 * sizeof(double)) ||
 	    !extend(&s->normals, total, 3 * sizeof(double)) || !extend(&s->mean_curvature, total, sizeof(double)))
-		return no_memory(state->count, error);
+		return gnp_no_memory("flow", state->count, "points of its results", error);
 	uint32_t *ranked;
 	gnp_status status = gnp_flow_state_rank(state, false, &ranked, NULL, error);
 	if (status != GNP_OK)
@@ -77,7 +72,7 @@ gnp_status gnp_flow_result_take(struct gnp_flow *result, const struct gnp_flow_s
 	result->index = gnp_array_new(state->count, sizeof *result->index);
 	if (!result->points || !result->normals || !result->mean_curvature || !result->index) {
 		free(ranked);
-		return no_memory(state->count, error);
+		return gnp_no_memory("flow", state->count, "points of its results", error);
 	}
 	copy_rows(state, ranked, result->points, result->normals, result->mean_curvature);
 	for (size_t i = 0; i < state->count; i++)

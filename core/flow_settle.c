@@ -4,6 +4,7 @@
 
 #include "area.h"
 #include "cell.h"
+#include "check.h"
 #include "memory.h"
 #include "model.h"
 #include "select.h"
@@ -24,34 +25,11 @@ size_t gnp_flow_least_points(const struct gnp_flow_options *options)
 	return k > GNP_CELL_NEIGHBORS + 1 ? k : GNP_CELL_NEIGHBORS + 1;
 }
 
-static gnp_status check_number(const char *name, double value, double above, double most, bool open, struct gnp_error *error)
-{
-	if (isnan(value) && open)
-		return GNP_OK;
-	if (value > above && value <= most)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a number above %g and at most %g", name, value, above, most);
-}
-
 static gnp_status check_length(const char *name, double value, struct gnp_error *error)
 {
 	if (isnan(value) || (value >= 0 && value <= 1e100))
 		return GNP_OK;
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
-}
-
-static gnp_status check_share(const char *name, double value, struct gnp_error *error)
-{
-	if (value >= 0 && value <= 1)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need 0..1", name, value);
-}
-
-static gnp_status check_integer(const char *name, int value, int least, int most, struct gnp_error *error)
-{
-	if (value >= least && value <= most)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %d, need %d..%d", name, value, least, most);
 }
 
 static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t count, struct gnp_error *error)
@@ -70,15 +48,15 @@ static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t
 gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error)
 {
 	enum { STEPS_MAX = 1000000 };
-	gnp_status status = check_integer("scheme", options->scheme, GNP_FLOW_EXPLICIT, GNP_FLOW_CONFORMAL, error);
+	gnp_status status = gnp_check_integer("scheme", options->scheme, GNP_FLOW_EXPLICIT, GNP_FLOW_CONFORMAL, error);
 	if (status == GNP_OK)
-		status = check_integer("volume", options->volume, GNP_FLOW_VOLUME_NONE, GNP_FLOW_VOLUME_PRESERVE, error);
+		status = gnp_check_integer("volume", options->volume, GNP_FLOW_VOLUME_NONE, GNP_FLOW_VOLUME_PRESERVE, error);
 	if (status == GNP_OK)
-		status = check_integer("steps", options->steps, 1, STEPS_MAX, error);
+		status = gnp_check_integer("steps", options->steps, 1, STEPS_MAX, error);
 	if (status == GNP_OK)
-		status = check_integer("snapshot_every", options->snapshot_every, 0, STEPS_MAX, error);
-	if (status == GNP_OK)
-		status = check_number("dt", options->dt, 0, 1e200, true, error);
+		status = gnp_check_integer("snapshot_every", options->snapshot_every, 0, STEPS_MAX, error);
+	if (status == GNP_OK && !isnan(options->dt))
+		status = gnp_check_above("dt", options->dt, 0, 1e200, error);
 	if (status == GNP_OK)
 		status = check_length("smoothing_radius", options->smoothing_radius, error);
 	if (status == GNP_OK)
@@ -86,13 +64,13 @@ gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct g
 	if (status == GNP_OK)
 		status = check_length("insertion", options->insertion, error);
 	if (status == GNP_OK)
-		status = check_share("tangential", options->tangential, error);
+		status = gnp_check_number("tangential", options->tangential, 0, 1, error);
 	if (status == GNP_OK)
-		status = check_share("projection", options->projection, error);
+		status = gnp_check_number("projection", options->projection, 0, 1, error);
 	if (status == GNP_OK)
-		status = check_number("singularity", options->singularity, 0, 1e6, false, error);
+		status = gnp_check_above("singularity", options->singularity, 0, 1e6, error);
 	if (status == GNP_OK)
-		status = check_number("spacing_limit", options->spacing_limit, 1, 1e6, false, error);
+		status = gnp_check_above("spacing_limit", options->spacing_limit, 1, 1e6, error);
 	return status == GNP_OK ? check_snapshots(options, cloud->count, error) : status;
 }
 

@@ -9,11 +9,6 @@
 #include "thin.h"
 #include "vector.h"
 
-static gnp_status no_memory(size_t count, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
-}
-
 /* ---- How far each point moves ---- */
 
 /* What keeping the volume adds to H: minus its mean, and what the cells say was lost since the start. */
@@ -53,7 +48,7 @@ static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double 
 	size_t iterations;
 	double *rhs = gnp_array_new(state->count, 3 * sizeof *rhs);
 	gnp_status status = rhs ? gnp_stiffness_make(state->count, GNP_FLOW_EDGES, state->neighbor, state->weight, task, &stiffness, error)
-	                        : no_memory(state->count, error);
+	                        : gnp_no_memory("flow", state->count, "points", error);
 	for (size_t i = 0; status == GNP_OK && i < 3 * state->count; i++)
 		rhs[i] = state->area[i / 3] * d[i];
 	const struct gnp_diffusion diffusion = {&stiffness, state->area, dt / 2, state->fixed};
@@ -70,7 +65,7 @@ static gnp_status judge(const struct gnp_flow_state *state, const struct gnp_flo
 {
 	double *ratio = gnp_array_new(state->count, sizeof *ratio);
 	if (!ratio)
-		return no_memory(state->count, error);
+		return gnp_no_memory("flow", state->count, "points", error);
 	bool finite = true;
 	for (size_t i = 0; i < state->count; i++) {
 		double far = sqrt(gnp_dot(d + 3 * i, d + 3 * i)), bend = fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
@@ -136,7 +131,7 @@ static gnp_status find_gaps(const struct gnp_flow_state *state, const struct gnp
 	gaps->points = gnp_array_new(wide, 3 * sizeof(double));
 	gaps->normals = gnp_array_new(wide, 3 * sizeof(double));
 	if (!gaps->points || !gaps->normals)
-		return no_memory(wide, error);
+		return gnp_no_memory("flow", wide, "points", error);
 	for (size_t i = 0; i < state->count; i++)
 		if (state->gap[i] > move->insertion) {
 			fill_gap(state, i, d, gaps->points + 3 * made, gaps->normals + 3 * made);
@@ -162,7 +157,7 @@ static gnp_status choose_gaps(const struct gnp_flow_state *state, const struct g
 	size_t there = choice->kept, total = there + choice->gaps.count, kept, at = 0;
 	double *points = gnp_array_new(total, 3 * sizeof *points);
 	unsigned char *keep = gnp_array_new(total, 1);
-	gnp_status status = points && keep ? GNP_OK : no_memory(total, error);
+	gnp_status status = points && keep ? GNP_OK : gnp_no_memory("flow", total, "points", error);
 	for (size_t i = 0; status == GNP_OK && i < state->count; i++)
 		if (choice->keep[i])
 			memcpy(points + 3 * at++, choice->points + 3 * i, 3 * sizeof *points);
@@ -192,7 +187,7 @@ static gnp_status choose(const struct gnp_flow_state *state, const struct gnp_fl
 	if (status != GNP_OK || choice->gaps.count == 0)
 		return status;
 	choice->fill = gnp_array_new(choice->gaps.count, 1);
-	return choice->fill ? choose_gaps(state, move, choice, task, error) : no_memory(choice->gaps.count, error);
+	return choice->fill ? choose_gaps(state, move, choice, task, error) : gnp_no_memory("flow", choice->gaps.count, "points", error);
 }
 
 static gnp_status gather(const struct gnp_flow_state *state, const struct choice *choice, struct gnp_flow_state *next,
@@ -232,7 +227,7 @@ static gnp_status arrive(const struct gnp_flow_state *state, const struct gnp_fl
                          struct gnp_flow_state *next, struct gnp_flow_moved *moved, struct gnp_error *error)
 {
 	struct choice choice = {.points = gnp_array_new(state->count, 3 * sizeof(double)), .keep = gnp_array_new(state->count, 1)};
-	gnp_status status = choice.points && choice.keep ? GNP_OK : no_memory(state->count, error);
+	gnp_status status = choice.points && choice.keep ? GNP_OK : gnp_no_memory("flow", state->count, "points", error);
 	for (size_t i = 0; status == GNP_OK && i < state->count; i++)
 		set_off(state, move, d, i, choice.points + 3 * i);
 	if (status == GNP_OK)
@@ -253,7 +248,7 @@ gnp_status gnp_flow_step(const struct gnp_flow_state *state, const struct gnp_fl
                          struct gnp_task *task, struct gnp_flow_state *next, struct gnp_flow_moved *moved, struct gnp_error *error)
 {
 	double *d = gnp_array_new(state->count, 3 * sizeof *d);
-	gnp_status status = d ? GNP_OK : no_memory(state->count, error);
+	gnp_status status = d ? GNP_OK : gnp_no_memory("flow", state->count, "points", error);
 	*moved = (struct gnp_flow_moved){0};
 	if (status == GNP_OK)
 		pull(state, move, d);

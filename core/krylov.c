@@ -105,6 +105,16 @@ static gnp_status correct(struct gmres *work, size_t steps, double *x, struct gn
 	return status;
 }
 
+/* Whether nothing but rounding was left of the newest vector: the solution lies in what there is. The column h (k + 2), which the basis makes as
+ * long as that vector was, is the measure, so that neither the unit of b nor that of A decides. */
+static bool is_spanned(const double *h, size_t k)
+{
+	double square = 0;
+	for (size_t j = 0; j <= k + 1; j++)
+		square += h[j] * h[j];
+	return !(h[k + 1] > 1e-14 * sqrt(square));
+}
+
 /* One cycle from the residual in the first basis vector, of length `norm`. */
 static gnp_status cycle(struct gmres *work, double norm, double target, size_t most, double *x, size_t *steps, struct gnp_error *error)
 {
@@ -113,7 +123,7 @@ static gnp_status cycle(struct gmres *work, double norm, double target, size_t m
 	for (size_t i = 0; i < work->n; i++)
 		work->basis[i] /= norm;
 	work->rhs[0] = norm;
-	while (k < work->restart && k < most && status == GNP_OK) {
+	while (k < work->restart && k < most) {
 		double *h = work->hessenberg + k * m;
 		status = gnp_task_check(work->task, error);
 		if (status == GNP_OK)
@@ -123,9 +133,10 @@ static gnp_status cycle(struct gmres *work, double norm, double target, size_t m
 			                            error);
 		if (status == GNP_OK)
 			status = orthogonalise(work, k, h, error);
-		bool spanned = !(h[k + 1] > 1e-14 * norm); /* the solution lies in what there is */
-		if (status == GNP_OK)
-			rotate(work, k++, h);
+		if (status != GNP_OK)
+			break;
+		bool spanned = is_spanned(h, k);
+		rotate(work, k++, h);
 		if (spanned || fabs(work->rhs[k]) <= target)
 			break;
 	}
@@ -198,11 +209,13 @@ static gnp_status cgls_step(size_t rows, size_t n, struct gnp_linear matrix, str
 		status = inverse.apply(inverse.context, work->gradient, work->z, pool, task, error);
 	if (status == GNP_OK)
 		status = dot(n, work->gradient, work->z, pool, &next, error);
+	if (status != GNP_OK)
+		return status;
 	double turn = *gamma > 0 ? next / *gamma : 0;
-	for (size_t i = 0; i < n && status == GNP_OK; i++)
+	for (size_t i = 0; i < n; i++)
 		work->p[i] = work->z[i] + turn * work->p[i];
 	*gamma = next;
-	return status;
+	return GNP_OK;
 }
 
 static gnp_status cgls_run(size_t rows, size_t n, struct gnp_linear matrix, struct gnp_linear transpose, struct gnp_linear inverse,

@@ -9,10 +9,10 @@ static void add_symmetric(struct gnp_lu_front *front, const double *block, size_
 {
 	for (size_t j = begin; j < end; j++) {
 		const double *from = block + j * border;
-		bool own = place[j] < front->width;
-		double *to = own ? front->panel + place[j] * front->rows : front->border_block + (place[j] - front->width) * front->border - front->width;
+		size_t before = place[j] < front->width ? 0 : front->width; /* the rows that are not in the block of this column */
+		double *to = before ? front->border_block + (place[j] - before) * front->border : front->panel + place[j] * front->rows;
 		for (size_t i = j; i < border; i++)
-			to[place[i]] += from[i];
+			to[place[i] - before] += from[i];
 	}
 }
 

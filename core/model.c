@@ -246,10 +246,11 @@ static gnp_status read_network(struct gnp_model *model, struct gnp_error *error)
 	struct gnp_layout *layout = gnp_array_new(1, sizeof *layout);
 	struct gnp_error cause = {0};
 	float *parameters = NULL;
-	gnp_status status = layout ? gnp_architecture_layout(&model->architecture, layout, &cause)
-	                           : gnp_error_set(&cause, GNP_OUT_OF_MEMORY, "no memory for the layout");
+	if (!layout)
+		return gnp_no_memory(model->name, 1, "layout", error);
+	gnp_status status = gnp_architecture_layout(&model->architecture, layout, &cause);
 	if (status != GNP_OK) {
-		gnp_weights_refuse(model->file, error, "metadata: %s", cause.text);
+		status = gnp_weights_refuse(model->file, error, "metadata: %s", cause.text);
 		goto done;
 	}
 	model->parameter_count = layout->total;

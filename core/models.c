@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "memory.h"
+#include "names.h"
 
 enum { MODELS_MAX = 1024 };
 
@@ -162,17 +163,18 @@ const struct gnp_model *gnp_models_at(const struct gnp_models *models, size_t i)
 gnp_status gnp_models_find(const struct gnp_models *models, const char *name, const struct gnp_model **out,
                            struct gnp_error *error)
 {
-	char known[280] = "";
+	struct gnp_names known;
 	const struct gnp_model *model;
 	for (size_t i = 0; (model = gnp_models_at(models, i)); i++) {
-		size_t length = strlen(known);
 		if (strcmp(model->name, name) == 0) {
 			*out = model;
 			return GNP_OK;
 		}
-		snprintf(known + length, sizeof known - length, "%s%s", length ? ", " : "", model->name);
 	}
-	if (!known[0])
+	gnp_names_begin(&known, name, strlen(name));
+	for (size_t i = 0; (model = gnp_models_at(models, i)); i++)
+		gnp_names_add(&known, model->name);
+	if (!gnp_models_at(models, 0))
 		return gnp_error_set(error, GNP_UNAVAILABLE, "weights: got \"%.63s\", known: none are loaded", name);
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got \"%.63s\", known: %s", name, known);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got \"%.63s\", known: %s", name, gnp_names_end(&known));
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cloud.h"
 #include "memory.h"
 #include "reserve.h"
 
@@ -31,12 +32,24 @@ static struct FLANNParameters exact_parameters(void)
 /* Bytes of an index beside its bookkeeping, a point: a copy of it, its number and its place, and its share of the nodes. */
 enum { INDEX_BYTES_A_POINT = 24 + 8 + 8 + 24 };
 
+/* FLANN leaves out what is at no finite distance, and the numbers of its answer are then nobody's. */
+static gnp_status check_places(const double *points, size_t count, struct gnp_error *error)
+{
+	for (size_t i = 0; i < 3 * count; i++)
+		if (!(fabs(points[i]) <= GNP_COORDINATE_MAX))
+			return gnp_error_set(error, GNP_DEGENERATE, "neighbors: coordinate %zu of point %zu is %g, need a finite number of magnitude at most %g",
+			                     i % 3, i / 3, points[i], GNP_COORDINATE_MAX);
+	return GNP_OK;
+}
+
 gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
                                struct gnp_error *error)
 {
 	if (count < 1 || count > INT32_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need 1..%d", count, INT32_MAX);
-	gnp_status status = gnp_reserve_enter("neighbors", count * INDEX_BYTES_A_POINT, error);
+	gnp_status status = check_places(points, count, error);
+	if (status == GNP_OK)
+		status = gnp_reserve_enter("neighbors", count * INDEX_BYTES_A_POINT, error);
 	if (status != GNP_OK)
 		return status;
 	struct gnp_neighbors *neighbors = calloc(1, sizeof *neighbors);
@@ -135,6 +148,9 @@ gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double
 {
 	if (k < 1 || k > neighbors->count)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %zu, need 1..%zu", k, neighbors->count);
+	gnp_status checked = check_places(points, queries, error);
+	if (checked != GNP_OK)
+		return checked;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	int *found = gnp_scratch_take(scratch, queries * k, sizeof *found);
 	if (!found)

@@ -13,14 +13,15 @@
 
 struct gnp_neighbors;
 
-/* points (count, 3), 1 <= count < 2^31. Build it over points in curve order (order.h): it is faster then. */
+/* points (count, 3), 1 <= count < 2^31. Build it over points in curve order (order.h): it is faster then.
+ * GNP_DEGENERATE for a coordinate that is not finite or over GNP_COORDINATE_MAX. */
 gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
                                struct gnp_error *error);
 void gnp_neighbors_free(struct gnp_neighbors *neighbors);
 
 /* The k nearest of each of `queries` points (queries, 3), the query itself included when it is a point of the
  * index. index, distance (queries, k), each row ascending by (distance, index). 1 <= k <= count.
- * Ties at the k-th distance may fall either way, the same way every time. */
+ * Ties at the k-th distance may fall either way, the same way every time. GNP_DEGENERATE for a query that is not finite. */
 gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double *points, size_t queries, size_t k,
                              uint32_t *index, double *distance, struct gnp_scratch *scratch,
                              struct gnp_error *error);

@@ -1,10 +1,5 @@
 #include "projection_fit.h"
 
-static gnp_status no_memory(size_t count, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "projection: no memory for %zu patches", count);
-}
-
 /* Every patch has the same number of nodes, all of them inner. */
 static gnp_status lay_out(const struct gnp_architecture *architecture, size_t count, struct gnp_projected *out,
                           struct gnp_scratch *scratch, struct gnp_error *error)
@@ -17,7 +12,7 @@ static gnp_status lay_out(const struct gnp_architecture *architecture, size_t co
 		.nodes = gnp_scratch_take(scratch, count * GNP_PROJECTION_NODES, architecture->features * sizeof(float)),
 		.outputs = gnp_scratch_take(scratch, count, gnp_projection_outputs(architecture) * sizeof(float))};
 	if (!start || !inner || !out->sums || !out->fits || !out->summary || !out->nodes || !out->outputs)
-		return no_memory(count, error);
+		return gnp_no_memory("projection", count, "patches", error);
 	for (size_t p = 0; p < count; p++) {
 		start[p] = p * GNP_PROJECTION_NODES;
 		inner[p] = GNP_PROJECTION_NODES;
@@ -39,7 +34,7 @@ gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, c
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	uint32_t *positions = gnp_scratch_take(scratch, most, sizeof *positions);
 	if (!positions || !gnp_projection_work_take(architecture, &work, scratch))
-		return no_memory(count, error);
+		return gnp_no_memory("projection", count, "patches", error);
 	for (size_t p = 0; p < count; p++) {
 		size_t points = usable(context, &patches[p], most, positions);
 		gnp_projection_gather(architecture, &patches[p], positions, points, &work, &out->sums[p]);
@@ -56,7 +51,7 @@ gnp_status gnp_projected_solve(const struct gnp_operator *network, bool tape, st
 	size_t outputs = gnp_projection_outputs(&network->architecture);
 	float *mean = gnp_scratch_take(scratch, projected->patches, network->architecture.width * sizeof *mean);
 	if (!mean)
-		return no_memory(projected->patches, error);
+		return gnp_no_memory("projection", projected->patches, "patches", error);
 	gnp_status status = gnp_trunk_forward(network, &projected->batch, mean, tape ? &projected->trunk : NULL, scratch, error);
 	if (status == GNP_OK)
 		status = gnp_projection_head_forward(network, projected->patches, mean, projected->summary, projected->outputs,
@@ -74,7 +69,7 @@ gnp_status gnp_projected_backward(const struct gnp_operator *network, const stru
 	float *doutputs = gnp_scratch_take(scratch, count, outputs * sizeof *doutputs);
 	float *dmean = gnp_scratch_take(scratch, count, network->architecture.width * sizeof *dmean);
 	if (!doutputs || !dmean)
-		return no_memory(count, error);
+		return gnp_no_memory("projection", count, "patches", error);
 	for (size_t p = 0; p < count; p++)
 		gnp_projection_solve_backward(&projected->sums[p], projected->outputs + p * outputs, &projected->fits[p],
 		                              dcoefficients + p * GNP_TAYLOR_SIZE, doutputs + p * outputs);

@@ -98,6 +98,9 @@ void *__libc_realloc(void *piece, size_t size);
 void *__libc_memalign(size_t alignment, size_t size);
 void __libc_free(void *piece);
 void *memalign(size_t alignment, size_t size);
+void *valloc(size_t size);
+void *pvalloc(size_t size);
+size_t malloc_usable_size(void *piece);
 
 static bool is_reserved(const void *piece)
 {
@@ -168,16 +171,33 @@ void free(void *piece)
 		__libc_free(piece);
 }
 
+/* The C library keeps its own under no other name. */
+size_t malloc_usable_size(void *piece)
+{
+	static size_t (*_Atomic next)(void *);
+	size_t (*usable)(void *) = atomic_load(&next);
+	if (is_reserved(piece))
+		return *size_of(piece);
+	if (!usable) {
+		*(void **)&usable = dlsym(RTLD_NEXT, "malloc_usable_size");
+		atomic_store(&next, usable);
+	}
+	return usable ? usable(piece) : 0;
+}
+
+/* The C library frees a piece that is to have no size, and leaves one alone that it has no room for. */
 void *realloc(void *piece, size_t size)
 {
 	bool reserved = is_reserved(piece);
-	void *moved = reserved ? malloc(size) : __libc_realloc(piece, size);
-	if (!piece && !moved)
-		return take(size);
-	if (!reserved || !moved)
+	void *moved = reserved ? NULL : __libc_realloc(piece, size);
+	if (moved || (piece && !reserved && size == 0))
 		return moved;
-	memcpy(moved, piece, size < *size_of(piece) ? size : *size_of(piece));
-	give_back(piece);
+	moved = reserved ? malloc(size) : take(size);
+	if (!moved || !piece)
+		return moved;
+	size_t before = malloc_usable_size(piece);
+	memcpy(moved, piece, size < before ? size : before);
+	free(piece);
 	return moved;
 }
 
@@ -190,6 +210,22 @@ void *memalign(size_t alignment, size_t size)
 void *aligned_alloc(size_t alignment, size_t size)
 {
 	return memalign(alignment, size);
+}
+
+/* Whole pages, which the reserve has none of. */
+void *valloc(size_t size)
+{
+	return memalign((size_t)sysconf(_SC_PAGESIZE), size);
+}
+
+void *pvalloc(size_t size)
+{
+	size_t page = (size_t)sysconf(_SC_PAGESIZE), bytes;
+	if (__builtin_add_overflow(size, page - 1, &bytes)) {
+		errno = ENOMEM;
+		return NULL;
+	}
+	return valloc(bytes / page * page);
 }
 
 int posix_memalign(void **out, size_t alignment, size_t size)

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "check.h"
 #include "eliminate.h"
 #include "memory.h"
 #include "random.h"
@@ -39,9 +40,9 @@ static gnp_status check_options(const struct gnp_sample_options *options, struct
 	static const size_t COUNT_MAX = (size_t)1 << 31;
 	if (options->count == 0 || options->count > COUNT_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%zu", options->count, COUNT_MAX);
-	if (!(options->outlier_fraction >= 0 && options->outlier_fraction <= 1))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "outlier_fraction: got %g, need 0..1", options->outlier_fraction);
-	gnp_status status = check_deviation("noise", options->noise, error);
+	gnp_status status = gnp_check_number("outlier_fraction", options->outlier_fraction, 0, 1, error);
+	if (status == GNP_OK)
+		status = check_deviation("noise", options->noise, error);
 	return status == GNP_OK ? check_deviation("outlier_noise", options->outlier_noise, error) : status;
 }
 

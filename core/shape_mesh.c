@@ -6,15 +6,10 @@
 
 #include "memory.h"
 
-static gnp_status no_memory(const struct gnp_shape *shape, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "shape %s: no memory for its mesh", shape->family->name);
-}
-
 static gnp_status mesh_reserve(struct gnp_shape *shape, size_t triangles, struct gnp_error *error)
 {
 	shape->mesh.corners = gnp_array_new(triangles, 9 * sizeof(double));
-	return shape->mesh.corners ? GNP_OK : no_memory(shape, error);
+	return shape->mesh.corners ? GNP_OK : gnp_no_memory(shape->family->name, triangles, "triangles", error);
 }
 
 /* Corner (i, j) of the octahedron's face in octant `face`, pushed onto the sphere. */
@@ -91,7 +86,7 @@ gnp_status gnp_shape_mesh_measure(struct gnp_shape *shape, struct gnp_error *err
 	struct gnp_shape_mesh *mesh = &shape->mesh;
 	mesh->area = gnp_array_new(mesh->triangles + 1, sizeof *mesh->area);
 	if (!mesh->area)
-		return no_memory(shape, error);
+		return gnp_no_memory(shape->family->name, mesh->triangles, "triangles", error);
 	mesh->area[0] = 0;
 	for (size_t begin = 0; begin < mesh->triangles; begin += BATCH) {
 		double points[BATCH * 9];

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "names.h"
+
 static const struct gnp_shape_family *const TABLES[] = {gnp_shapes_parametric, gnp_shapes_radial, gnp_shapes_implicit};
 
 /* The i-th family over all tables, or NULL past the last. */
@@ -24,11 +26,11 @@ const char *gnp_shape_name(size_t i)
 
 static gnp_status unknown_name(const char *name, struct gnp_error *error)
 {
-	char known[256] = "";
-	size_t used = 0;
-	for (size_t i = 0; gnp_shape_name(i) && used < sizeof known; i++)
-		used += (size_t)snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", gnp_shape_name(i));
-	return gnp_error_set(error, GNP_NOT_FOUND, "shape: got \"%.64s\", need one of %s", name, known);
+	struct gnp_names known;
+	gnp_names_begin(&known, name, strlen(name));
+	for (size_t i = 0; gnp_shape_name(i); i++)
+		gnp_names_add(&known, gnp_shape_name(i));
+	return gnp_error_set(error, GNP_NOT_FOUND, "shape: got \"%.64s\", need one of %s", name, gnp_names_end(&known));
 }
 
 void *gnp_shape_data_new(struct gnp_shape *shape, size_t size, struct gnp_error *error)

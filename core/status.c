@@ -30,6 +30,11 @@ gnp_status gnp_error_set(struct gnp_error *error, gnp_status status, const char 
 	return status;
 }
 
+gnp_status gnp_no_memory(const char *what, size_t count, const char *things, struct gnp_error *error)
+{
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%.120s: no memory for %zu %s", what, count, things);
+}
+
 const char *gnp_status_name(gnp_status status)
 {
 	return status_table[known(status)].name;

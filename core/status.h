@@ -7,6 +7,8 @@
 #ifndef GNP_CORE_STATUS_H
 #define GNP_CORE_STATUS_H
 
+#include <stddef.h>
+
 /* The one table: enumerator, wire name, HTTP status code, sentence. Nothing else maps errors. */
 #define GNP_STATUS_TABLE(X)                                                                      \
 	X(GNP_OK, "ok", 200, "success")                                                              \
@@ -45,15 +47,21 @@ typedef enum gnp_status {
 	GNP_STATUS_COUNT
 } gnp_status;
 
+/* Room for the longest list of known names and what stands before it (core/names.h). */
+enum { GNP_ERROR_TEXT = 768 };
+
 /* Zero-initialise before use: struct gnp_error error = {0}. */
 struct gnp_error {
 	gnp_status status;
-	char text[384]; /* NUL-terminated, empty while status is GNP_OK */
+	char text[GNP_ERROR_TEXT]; /* NUL-terminated, empty while status is GNP_OK */
 };
 
 /* Records status and text unless error is NULL or already holds an error. Returns status. */
 gnp_status gnp_error_set(struct gnp_error *error, gnp_status status, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
+
+/* GNP_OUT_OF_MEMORY: "filter: no memory for 1000 points". what: who has none, cut after 120 bytes; things: what there are count of. */
+gnp_status gnp_no_memory(const char *what, size_t count, const char *things, struct gnp_error *error);
 
 /* The table's columns; an unknown status reads as GNP_INTERNAL. */
 const char *gnp_status_name(gnp_status status);

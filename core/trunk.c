@@ -14,16 +14,19 @@ static const struct {
 	const char *lift, *mix;
 } kinds[GNP_TRUNKS] = {
 	[GNP_TRUNK_EDGE] = {gnp_edge_integral, gnp_edge_mean_integral, gnp_edge_integral_backward, gnp_edge_mean_integral_backward,
-	                    "model.lift", "model.mixes.%u"},
+	                    "model.lift", "model.mixes.#"},
 	[GNP_TRUNK_SEPARABLE] = {gnp_separable_integral, gnp_separable_mean_integral, gnp_separable_integral_backward,
-	                         gnp_separable_mean_integral_backward, "lift", "convs.%u.linear"},
+	                         gnp_separable_mean_integral_backward, "lift", "convs.#.linear"},
 };
 
-struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *format, unsigned layer)
+struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *pattern, unsigned layer)
 {
 	char name[64];
-	int length = snprintf(name, sizeof name, format, layer);
-	snprintf(name + length, sizeof name - (size_t)length, ".weight");
+	const char *mark = strchr(pattern, '#');
+	if (mark)
+		snprintf(name, sizeof name, "%.*s%u%s.weight", (int)(mark - pattern), pattern, layer, mark + 1);
+	else
+		snprintf(name, sizeof name, "%s.weight", pattern);
 	const struct gnp_parameter_row *row = gnp_layout_find(&network->layout, name);
 	assert(row);
 	return (struct gnp_linear_place){row->offset, row->offset + row->count};

@@ -15,8 +15,8 @@ struct kernel {
 static struct kernel kernel_of(const struct gnp_operator *network, unsigned layer)
 {
 	struct kernel kernel;
-	kernel.hidden = gnp_trunk_place(network, "model.convs.%u.nn.layers.0", layer);
-	kernel.top = gnp_trunk_place(network, "model.convs.%u.nn.layers.1", layer);
+	kernel.hidden = gnp_trunk_place(network, "model.convs.#.nn.layers.0", layer);
+	kernel.top = gnp_trunk_place(network, "model.convs.#.nn.layers.1", layer);
 	kernel.blocks = gnp_trunk_blocks(network, kernel.top);
 	kernel.source = network->parameters + kernel.hidden.weight;
 	kernel.target = kernel.source + network->architecture.features;

@@ -35,12 +35,11 @@ struct gnp_trunk_pass {
 	struct gnp_scratch *scratch;
 };
 
-/* Where a linear layer lies in the block of parameters, by name. */
+/* Where a linear layer lies in the block of parameters, by name: the pattern's '#' stands for the number of the layer. */
 struct gnp_linear_place {
 	size_t weight, bias;
 };
-struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *format, unsigned layer)
-	__attribute__((format(printf, 2, 0)));
+struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *pattern, unsigned layer);
 struct gnp_blocks gnp_trunk_blocks(const struct gnp_operator *network, struct gnp_linear_place place);
 
 /* The integrals of a layer that is not the last: kept.z out, and back: dz (rows, width) -> dvalues (rows, width) += .

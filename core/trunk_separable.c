@@ -13,8 +13,8 @@ struct kernel {
 static struct kernel kernel_of(const struct gnp_operator *network, unsigned layer, int which)
 {
 	static const char *const names[2][3] = {
-		{"convs.%u.kernel1.layers.0", "convs.%u.kernel1.layers.1", "convs.%u.kernel1.layers.2"},
-		{"convs.%u.kernel2.layers.0", "convs.%u.kernel2.layers.1", "convs.%u.kernel2.layers.2"}};
+		{"convs.#.kernel1.layers.0", "convs.#.kernel1.layers.1", "convs.#.kernel1.layers.2"},
+		{"convs.#.kernel2.layers.0", "convs.#.kernel2.layers.1", "convs.#.kernel2.layers.2"}};
 	struct kernel kernel;
 	for (int i = 0; i < 3; i++)
 		kernel.place[i] = gnp_trunk_place(network, names[which][i], layer);

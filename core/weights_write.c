@@ -13,11 +13,6 @@
 
 enum { PREFIX = 8, ALIGNMENT = 8 };
 
-static gnp_status no_memory(const char *path, struct gnp_error *error)
-{
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%.120s: no memory to write the file", path);
-}
-
 /* A JSON string; bytes that are no UTF-8 stay, for the reader to refuse. */
 static void put_string(FILE *out, const char *text)
 {
@@ -153,7 +148,7 @@ gnp_status gnp_weights_encode(const char *name, const struct gnp_weights_source 
 		return status;
 	unsigned char *file = assemble(source, data_size, &file_size);
 	if (!file)
-		return no_memory(name, error);
+		return gnp_no_memory(name, data_size, "bytes to write", error);
 	status = gnp_weights_decode(name, file, file_size, &check, error);
 	gnp_weights_free(check);
 	if (status != GNP_OK) {
@@ -194,7 +189,7 @@ static gnp_status replace_file(const char *path, const void *bytes, size_t size,
 	gnp_status status = GNP_OK;
 	char *beside;
 	if (asprintf(&beside, "%s.new", path) < 0)
-		return no_memory(path, error);
+		return gnp_no_memory(path, size, "bytes to write", error);
 	int fd = open(beside, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
 	bool written = fd >= 0 && write_synced(fd, bytes, size);
 	if (fd >= 0)

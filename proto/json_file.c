@@ -5,6 +5,7 @@
 #include "file_codec.h"
 #include "json_numbers.h"
 #include "json_text.h"
+#include "names.h"
 #include "number.h"
 #include "operation.h"
 
@@ -118,15 +119,16 @@ static gnp_status refuse_parameters(const struct gnp_operation *operation, json_
 
 static gnp_status unknown_member(const struct gnp_decode *decode, const char *key, struct gnp_error *error)
 {
-	char list[256] = "points, normals";
-	for (size_t i = 0; i < decode->wants.input_count; i++) {
-		const char *name = decode->wants.inputs[i].name;
-		size_t length = strlen(list);
-		if (!is_vector(name))
-			snprintf(list + length, sizeof list - length, ", %s", name);
-	}
+	struct gnp_names list;
+	gnp_names_begin(&list, "", 0);
+	gnp_names_add(&list, "points");
+	gnp_names_add(&list, "normals");
+	for (size_t i = 0; i < decode->wants.input_count; i++)
+		if (!is_vector(decode->wants.inputs[i].name))
+			gnp_names_add(&list, decode->wants.inputs[i].name);
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-	                     "json: unknown member \"%.60s\", known: %s, and arrays of numbers; parameters go into the query", key, list);
+	                     "json: unknown member \"%.60s\", known: %s, and arrays of numbers; parameters go into the query", key,
+	                     gnp_names_end(&list));
 }
 
 /* What answers carry is passed over, so that one can be sent in; else who sends a member takes it for something that has an effect. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "names.h"
 #include "number.h"
 #include "operation_table.h"
 
@@ -27,20 +28,13 @@ const struct gnp_operation *gnp_operation_find(const char *name)
 	return NULL;
 }
 
-/* Appends ", name" to a list in a fixed text, as far as it fits. */
-static void list_add(char *list, size_t size, const char *name)
+/* given: length bytes, not one of the tensors. */
+static const char *list_tensors(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length, struct gnp_names *list)
 {
-	size_t length = strlen(list);
-	snprintf(list + length, size - length, "%s%s", length ? ", " : "", name);
-}
-
-enum { LIST_SIZE = 330 };
-
-static void list_tensors(const struct gnp_tensor_info *infos, size_t count, char list[LIST_SIZE])
-{
-	list[0] = '\0';
+	gnp_names_begin(list, given, length);
 	for (size_t i = 0; i < count; i++)
-		list_add(list, LIST_SIZE, infos[i].name);
+		gnp_names_add(list, infos[i].name);
+	return gnp_names_end(list);
 }
 
 static const struct gnp_tensor_info *tensor_info(const struct gnp_tensor_info *infos, size_t count, const char *name,
@@ -131,23 +125,24 @@ static gnp_status set_bool(const struct gnp_parameter *p, void *field, const cha
 
 static gnp_status set_choice(const struct gnp_parameter *p, void *field, const char *text, struct gnp_error *error)
 {
-	char list[LIST_SIZE] = "";
+	struct gnp_names list;
 	for (int i = 0; p->choices[i]; i++) {
 		if (strcmp(text, p->choices[i]) == 0) {
 			*(int *)field = i;
 			return GNP_OK;
 		}
-		list_add(list, sizeof list, p->choices[i]);
 	}
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need one of %s", p->name, text, list);
+	gnp_names_begin(&list, text, strlen(text));
+	for (int i = 0; p->choices[i]; i++)
+		gnp_names_add(&list, p->choices[i]);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need one of %s", p->name, text, gnp_names_end(&list));
 }
 
 static gnp_status set_outputs(const struct gnp_operation *operation, const struct gnp_parameter *p, void *field,
                               const char *text, struct gnp_error *error)
 {
-	char list[LIST_SIZE];
+	struct gnp_names list;
 	uint64_t mask = 0;
-	list_tensors(operation->outputs, operation->output_count, list);
 	if (strcmp(text, "all") == 0) {
 		for (size_t i = 0; i < operation->output_count; i++)
 			mask |= UINT64_C(1) << i;
@@ -158,12 +153,14 @@ static gnp_status set_outputs(const struct gnp_operation *operation, const struc
 		const struct gnp_tensor_info *info = tensor_info(operation->outputs, operation->output_count, text, length);
 		if (!info)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown \"%.*s\", known: %s", p->name,
-			                     length < 40 ? (int)length : 40, text, list);
+			                     length < 40 ? (int)length : 40, text,
+			                     list_tensors(operation->outputs, operation->output_count, text, length, &list));
 		mask |= UINT64_C(1) << (info - operation->outputs);
 		text += length + (text[length] == ',');
 	}
 	if (!mask)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got none, need at least one of %s", p->name, list);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got none, need at least one of %s", p->name,
+		                     list_tensors(operation->outputs, operation->output_count, "", 0, &list));
 	*(uint64_t *)field = mask;
 	return GNP_OK;
 }
@@ -180,13 +177,15 @@ static gnp_status set_model(const struct gnp_parameter *p, char *field, const ch
 static const struct gnp_parameter *parameter_find(const struct gnp_operation *operation, const char *name,
                                                   struct gnp_error *error)
 {
-	char list[LIST_SIZE] = "";
+	struct gnp_names list;
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		if (strcmp(operation->parameters[i].name, name) == 0)
 			return &operation->parameters[i];
-		list_add(list, sizeof list, operation->parameters[i].name);
 	}
-	gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name, list);
+	gnp_names_begin(&list, name, strlen(name));
+	for (size_t i = 0; i < operation->parameter_count; i++)
+		gnp_names_add(&list, operation->parameters[i].name);
+	gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name, gnp_names_end(&list));
 	return NULL;
 }
 
@@ -279,9 +278,9 @@ static gnp_status check_outputs(struct gnp_call *call, struct gnp_error *error)
 		const struct gnp_tensor_info *info =
 			tensor_info(operation->outputs, operation->output_count, name, strlen(name));
 		if (!info) {
-			char list[LIST_SIZE];
-			list_tensors(operation->outputs, operation->output_count, list);
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown output \"%.40s\", known: %s", name, list);
+			struct gnp_names list;
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown output \"%.40s\", known: %s", name,
+			                     list_tensors(operation->outputs, operation->output_count, name, strlen(name), &list));
 		}
 		uint64_t bit = UINT64_C(1) << (info - operation->outputs);
 		if (mask & bit)
@@ -356,12 +355,12 @@ static gnp_status check_inputs(struct gnp_call *call, struct gnp_error *error)
 {
 	const struct gnp_operation *operation = call->operation;
 	const struct gnp_tensors *inputs = &call->request->inputs;
-	char list[LIST_SIZE];
-	list_tensors(operation->inputs, operation->input_count, list);
+	struct gnp_names list;
 	for (size_t i = 0; i < inputs->count; i++) {
 		const char *name = inputs->items[i].name;
 		if (!tensor_info(operation->inputs, operation->input_count, name, strlen(name)))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown input \"%s\", known: %s", name, list);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown input \"%.60s\", known: %s", name,
+			                     list_tensors(operation->inputs, operation->input_count, name, strlen(name), &list));
 		if (gnp_tensors_find(inputs, name) != &inputs->items[i])
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": given twice", name);
 	}

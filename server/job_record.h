@@ -40,7 +40,7 @@ struct gnpd_job_record {
 	uint64_t attempts;             /* runs that began and whose end is not known */
 	int64_t created, started, finished; /* microseconds since the epoch; 0: not yet */
 	gnp_status error;              /* why it failed; GNP_OK else */
-	char error_text[384];
+	char error_text[GNP_ERROR_TEXT];
 	/* The answer, of a job that succeeded: */
 	uint64_t result_bytes;
 	char result_type[128], result_inference_length[24], result_timing[256], result_hash[GNP_SHA256_TEXT];

@@ -7,6 +7,7 @@
 
 #include "duration.h"
 #include "job_json.h"
+#include "names.h"
 #include "range.h"
 #include "routes.h"
 #include "server.h"
@@ -15,20 +16,25 @@ enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* ---- Queries ---- */
 
+static gnp_status unknown_parameter(const char *name, const char *const *known, struct gnp_error *error)
+{
+	struct gnp_names list;
+	gnp_names_begin(&list, name, strlen(name));
+	for (size_t k = 0; known[k]; k++)
+		gnp_names_add(&list, known[k]);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name, gnp_names_end(&list));
+}
+
 gnp_status gnpd_query_read(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error)
 {
 	gnp_status status = gnpd_query_parse(request->target.query, values, error);
 	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
-		char list[128] = "";
-		bool found = false;
-		for (size_t k = 0; known[k]; k++) {
-			size_t length = strlen(list);
-			snprintf(list + length, sizeof list - length, "%s%s", k ? ", " : "", known[k]);
-			found = found || strcmp(values->items[i].name, known[k]) == 0;
-		}
-		if (!found)
-			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", values->items[i].name,
-			                       *list ? list : "none");
+		const char *name = values->items[i].name;
+		size_t k = 0;
+		while (known[k] && strcmp(name, known[k]) != 0)
+			k++;
+		if (!known[k])
+			status = unknown_parameter(name, known, error);
 	}
 	return status;
 }

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "names.h"
 #include "server.h"
 
 static const struct gnpd_route routes[] = {
@@ -120,13 +121,11 @@ const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route)
 
 static gnp_status unknown_model(const char *model, struct gnp_error *error)
 {
-	char known[256] = "";
-	const struct gnp_operation *operation;
-	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
-		strncat(known, i ? ", " : "", sizeof known - strlen(known) - 1);
-		strncat(known, operation->name, sizeof known - strlen(known) - 1);
-	}
-	return gnp_error_set(error, GNP_NOT_FOUND, "model: got \"%.64s\", known: %s", model, known);
+	struct gnp_names known;
+	gnp_names_begin(&known, model, strlen(model));
+	for (size_t i = 0; gnp_operation_at(i); i++)
+		gnp_names_add(&known, gnp_operation_at(i)->name);
+	return gnp_error_set(error, GNP_NOT_FOUND, "model: got \"%.64s\", known: %s", model, gnp_names_end(&known));
 }
 
 /* The model and its version exist; the label becomes the operation's where the route says so. */

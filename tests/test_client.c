@@ -1,7 +1,9 @@
 /* The command line's parts that need no process: options, progress lines, URLs, a server's error bodies, whole files. */
+#include <stdint.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "answer.h"
 #include "file_io.h"
 #include "http_client.h"
 #include "options.h"
@@ -139,7 +141,11 @@ static void error_bodies_become_errors(void)
 		{"{\"error\":\"odd\",\"code\":\"no_such_code\"}", 500, GNP_INTERNAL, "odd (HTTP 500)"},
 		{"<html>\n404</html>", 404, GNP_INTERNAL, "http://h/: answered HTTP 404: <html> 404</html>"},
 		{"", 502, GNP_INTERNAL, "answered HTTP 502"},
-		{"{\"error\":\"cut", 500, GNP_INTERNAL, "cut"},
+		/* A key was looked for anywhere, and a backslash taken off whatever it stood before. */
+		{"{\"note\":\"say \\\"error\\\": \\\"no\\\"\",\"inner\":{\"error\":\"inner\"},\"error\":\"outer\"}", 500, GNP_INTERNAL, "outer (HTTP 500)"},
+		{"{\"error\":\"a\\nb \\u00e4\\u001b[2J \\\\ \\/\"}", 500, GNP_INTERNAL, "a b \xc3\xa4 [2J \\ / (HTTP 500)"},
+		{"{\"error\":{\"code\":\"unavailable\"}}", 503, GNP_INTERNAL, "http://h/: answered HTTP 503: {\"error\":{\"code\""},
+		{"{\"error\":\"cut", 500, GNP_INTERNAL, "answered HTTP 500: {\"error\":\"cut"},
 		{"{\"error\":\"\\", 500, GNP_INTERNAL, "HTTP 500"},
 		{"\"error\"", 500, GNP_INTERNAL, "HTTP 500"},
 	};
@@ -153,6 +159,27 @@ static void error_bodies_become_errors(void)
 		CHECK_CONTAINS(error.text, cases[i].text);
 		free(body.data);
 	}
+}
+
+static void strings_are_cut_after_a_whole_character(void)
+{
+	static const char text[] = "{\"a\":\"x\xc3\xa4\xe2\x82\xac\",\"n\":0.25,\"list\":[{\"a\":\"b\"}]}";
+	const struct gnp_buffer body = {.data = (unsigned char *)(uintptr_t)text, .size = sizeof text - 1}, nothing = {0};
+	static const char *const cut[] = {NULL, "", "x", "x", "x\xc3\xa4", "x\xc3\xa4", "x\xc3\xa4", "x\xc3\xa4\xe2\x82\xac"};
+	struct json_t *answer = gnp_answer_parse(&body);
+	char value[8];
+	for (size_t size = 1; size < sizeof cut / sizeof cut[0]; size++) {
+		gnp_answer_string(answer, "a", value, size);
+		CHECK_STRING(value, cut[size]);
+	}
+	CHECK(gnp_answer_number(answer, "n") == 0.25 && gnp_answer_number(answer, "a") == 0);
+	gnp_answer_string(gnp_answer_at(gnp_answer_member(answer, "list"), 0), "a", value, sizeof value);
+	CHECK_STRING(value, "b");
+	CHECK(!gnp_answer_at(answer, 0) && !gnp_answer_member(gnp_answer_member(answer, "list"), "a"));
+	gnp_answer_free(answer);
+	CHECK(!gnp_answer_parse(&nothing) && !gnp_answer_member(NULL, "a") && !gnp_answer_at(NULL, 0));
+	gnp_answer_string(NULL, "a", value, sizeof value);
+	CHECK_STRING(value, "");
 }
 
 static void files_are_replaced_as_a_whole_and_links_stay(void)
@@ -185,7 +212,8 @@ int main(int argc, char **argv)
 		TEST(a_flag_stands_alone_or_takes_its_value_after_an_equals_sign),
 		TEST(numbers_keep_their_limits),            TEST(pairs_take_a_comma_or_an_x),
 		TEST(progress_tells_share_and_time_left),   TEST(query_values_are_escaped),
-		TEST(error_bodies_become_errors),           TEST(files_are_replaced_as_a_whole_and_links_stay),
+		TEST(error_bodies_become_errors),           TEST(strings_are_cut_after_a_whole_character),
+		TEST(files_are_replaced_as_a_whole_and_links_stay),
 	};
 	return RUN_TESTS(tests);
 }

@@ -201,6 +201,72 @@ static void another_flow_begins_anew(void)
 	free(keeper.bytes);
 }
 
+/* A flow's task, and the steps that were taken before it began, 0 where it began anew. */
+struct watch {
+	struct gnp_task task;
+	size_t skipped;
+};
+
+static gnp_status look(void *context, const struct gnp_piece *pieces, size_t count, struct gnp_error *error)
+{
+	struct watch *watch = context;
+	(void)pieces, (void)count, (void)error;
+	watch->skipped = atomic_load(&watch->task.skipped);
+	return GNP_OK;
+}
+
+/* The step at which a flow of these options goes on from the bytes of another. */
+static size_t taken_up_at(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
+                          const struct keeper *kept)
+{
+	struct watch watch = {.skipped = SIZE_MAX};
+	struct gnp_flow flow = {0};
+	struct gnp_checkpoint checkpoint = {.save = look, .context = &watch, .kept = kept->bytes, .size = kept->size};
+	struct gnp_error error = {0};
+	gnp_task_init(&watch.task);
+	CHECK(gnp_flow_run_kept(cloud, fixed, options, &checkpoint, pool, &watch.task, &flow, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	gnp_flow_clear(&flow);
+	return watch.skipped;
+}
+
+/* Only the first record, the steps and the shape of the state were held to one another: a flow of another dt or projection went on. */
+static void every_option_tells_flows_apart(void)
+{
+	struct gnp_flow_options options = options_of(GNP_FLOW_EXPLICIT), other[14];
+	struct gnp_cloud cloud = {POINTS, sphere, NULL};
+	unsigned char fixed[POINTS] = {0};
+	struct keeper keeper;
+	options.steps = 5;
+	keep_some(&options, &keeper);
+	for (size_t i = 0; i < sizeof other / sizeof other[0]; i++)
+		other[i] = options;
+	other[0].dt = 1e-4;
+	other[1].projection = 0.2;
+	other[2].singularity = 0.6;
+	other[3].spacing_limit = 5;
+	other[4].smoothing_radius = 0;
+	other[5].spacing = 0;
+	other[6].insertion = 0;
+	other[7].tangential = 0.2;
+	other[8].steps = 6;
+	other[9].snapshot_every = 2;
+	other[10].volume = GNP_FLOW_VOLUME_PRESERVE;
+	other[11].estimate.degree = 2;
+	other[12].estimate.basis = GNP_BASIS_TOTAL;
+	other[13].estimate.weight = GNP_WEIGHT_LINEAR;
+	CHECK(taken_up_at(&cloud, NULL, &options, &keeper) == 2);
+	for (size_t i = 0; i < sizeof other / sizeof other[0]; i++)
+		CHECK(taken_up_at(&cloud, NULL, &other[i], &keeper) == 0);
+	CHECK(taken_up_at(&cloud, fixed, &options, &keeper) == 0);
+	sphere[300] += 1e-13;
+	CHECK(taken_up_at(&cloud, NULL, &options, &keeper) == 0);
+	make_sphere();
+	options.dt = -NAN; /* as open as it was */
+	CHECK(taken_up_at(&cloud, NULL, &options, &keeper) == 2);
+	free(keeper.bytes);
+}
+
 /* Sizes, indices and figures out of any range under a checksum that is right: read without a fault, whatever becomes of the flow. */
 static void forged_bytes_do_no_harm(void)
 {
@@ -249,7 +315,8 @@ static void a_flow_that_cannot_be_kept_goes_on(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(interrupted_flows_end_as_others), TEST(damaged_bytes_begin_anew),         TEST(another_flow_begins_anew),
+		TEST(interrupted_flows_end_as_others), TEST(damaged_bytes_begin_anew), TEST(another_flow_begins_anew),
+		TEST(every_option_tells_flows_apart),
 		TEST(forged_bytes_do_no_harm),         TEST(a_flow_that_cannot_be_kept_goes_on),
 	};
 	gnp_linalg_init();

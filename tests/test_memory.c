@@ -4,10 +4,12 @@
 
 #include <stdatomic.h>
 #include <stdint.h>
+#include <unistd.h>
 
 #include "conformal.h"
 #include "filter.h"
 #include "flow.h"
+#include "model.h"
 #include "strays.h"
 #include "test.h"
 #include "thin.h"
@@ -68,7 +70,7 @@ static void fail_each(gnp_status (*run)(struct gnp_error *error, bool *unchanged
 		gnp_status status = run(&error, &unchanged);
 		if (status != GNP_OUT_OF_MEMORY || !unchanged)
 			fprintf(stderr, "allocation %ld of %ld: %s, %s\n", n, all, gnp_status_name(status), error.text);
-		CHECK(status == GNP_OUT_OF_MEMORY && unchanged);
+		CHECK(status == GNP_OUT_OF_MEMORY && error.status == status && unchanged);
 		CHECK_CONTAINS(error.text, "memory");
 	}
 	atomic_store(&doomed, -1);
@@ -145,9 +147,38 @@ static void flows_fail_cleanly(void)
 	}
 }
 
+static char model_path[] = "/tmp/gnp-test-XXXXXX.safetensors";
+
+static gnp_status run_model(struct gnp_error *error, bool *unchanged)
+{
+	struct gnp_model *model = NULL;
+	gnp_status status = gnp_model_load(model_path, &model, error);
+	*unchanged = status == GNP_OK || !model;
+	gnp_model_free(model);
+	return status;
+}
+
+/* Without memory for the layout of a network its file was called wrong. */
+static void models_fail_cleanly(void)
+{
+	const struct gnp_architecture edge = {.trunk = GNP_TRUNK_EDGE, .head = GNP_HEAD_POOLED, .features = 3, .width = 8, .channels = 2,
+	                                      .neurons = 5, .layers = 2, .quadrature = 4, .head_width = 6, .outputs = 16};
+	const struct gnp_recipe recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.13};
+	static struct gnp_layout layout;
+	CHECK(gnp_architecture_layout(&edge, &layout, NULL) == GNP_OK);
+	float *parameters = calloc(layout.total, sizeof *parameters);
+	int fd = mkstemps(model_path, 12);
+	CHECK(fd >= 0 && close(fd) == 0);
+	CHECK(gnp_model_save(model_path, &(struct gnp_model_source){edge, recipe, "clean", NULL, 0, parameters}, NULL) == GNP_OK);
+	fail_each(run_model);
+	unlink(model_path);
+	free(parameters);
+}
+
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(thinning_fails_cleanly), TEST(filtering_fails_cleanly), TEST(flows_fail_cleanly)};
+	static const struct test tests[] = {TEST(thinning_fails_cleanly), TEST(filtering_fails_cleanly), TEST(flows_fail_cleanly),
+	                                    TEST(models_fail_cleanly)};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
 	int failed = RUN_TESTS(tests);
 	gnp_pool_free(pool);

@@ -262,6 +262,32 @@ static void nearest_neighbours_of_any_place_are_those_of_brute_force(void)
 	free(distance);
 }
 
+/* The search read and wrote by the numbers of points that nobody had given. */
+static void places_that_are_not_finite_are_refused(void)
+{
+	enum { COUNT = 40 };
+	static const double bad[] = {NAN, INFINITY, -INFINITY, 2e100};
+	double *points = make_cloud(1, COUNT), distance[5];
+	uint32_t index[5];
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	struct gnp_neighbors *neighbors = NULL, *none = NULL;
+	CHECK(gnp_neighbors_build(points, COUNT, &neighbors, NULL) == GNP_OK);
+	for (size_t b = 0; b < sizeof bad / sizeof bad[0]; b++) {
+		double query[6] = {0, 0, 0, 0, bad[b], 0}, kept = points[3 * 17 + 2];
+		struct gnp_error error = {0};
+		CHECK(gnp_neighbors_knn(neighbors, query, 2, 5, index, distance, scratch, &error) == GNP_DEGENERATE);
+		CHECK_CONTAINS(error.text, "neighbors: coordinate 1 of point 1 is ");
+		points[3 * 17 + 2] = bad[b];
+		error = (struct gnp_error){0};
+		CHECK(gnp_neighbors_build(points, COUNT, &none, &error) == GNP_DEGENERATE && !none);
+		CHECK_CONTAINS(error.text, "neighbors: coordinate 2 of point 17 is ");
+		points[3 * 17 + 2] = kept;
+	}
+	gnp_neighbors_free(neighbors);
+	gnp_scratch_free(scratch);
+	free(points);
+}
+
 static void wrong_requests_name_value_and_limit(void)
 {
 	double points[15] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1};
@@ -299,6 +325,7 @@ int main(int argc, char **argv)
 		TEST(rows_are_cut_to_the_nearest),
 		TEST(centres_may_come_in_any_order),
 		TEST(nearest_neighbours_of_any_place_are_those_of_brute_force),
+		TEST(places_that_are_not_finite_are_refused),
 		TEST(wrong_requests_name_value_and_limit),
 	};
 	return RUN_TESTS(tests);

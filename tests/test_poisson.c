@@ -74,6 +74,36 @@ static void every_system_and_solver_finds_the_manufactured_solution(void)
 			}
 }
 
+/* Where GMRES stops once hung on the unit of f: it held the length of a vector without a unit against that of a residual. */
+static void the_unit_of_the_source_changes_neither_iterations_nor_residual(void)
+{
+	enum { COUNT = 4000 };
+	static const double factors[] = {1, 0x1p66, 0x1p-66, 1e20, 1e-20, 1e30, 1e-30, 0x1p550, 0x1p-550};
+	struct gnp_sample sample = sample_of("torus", &(struct gnp_sample_options){.count = COUNT, .seed = 7}, pool);
+	struct gnp_cloud cloud = cloud_of(&sample);
+	double *value = malloc(4 * COUNT * sizeof *value), *source = value + COUNT, *scaled = value + 2 * COUNT, *solution = value + 3 * COUNT;
+	truth_of(&sample, 1, value, source);
+	for (int system = GNP_SYSTEM_SQUARE; system <= GNP_SYSTEM_LEAST_SQUARES; system++) {
+		struct gnp_poisson_options options = options_of(system, GNP_SOLVER_ITERATIVE);
+		struct gnp_poisson_report first = {.residual = 0}, report;
+		options.screening = 1;
+		options.tolerance = 1e-11;
+		struct gnp_poisson *poisson = prepare(&cloud, &options);
+		for (size_t f = 0; f < sizeof factors / sizeof *factors && poisson; f++) {
+			for (size_t i = 0; i < COUNT; i++)
+				scaled[i] = factors[f] * source[i];
+			CHECK(gnp_poisson_solve(poisson, scaled, NULL, 1, pool, NULL, solution, &report, NULL) == GNP_OK);
+			if (f == 0)
+				first = report;
+			CHECK(report.iterations == first.iterations);
+			CHECK_NEAR(report.residual / first.residual, 1, frexp(factors[f], &(int){0}) == 0.5 ? 0 : 0.01);
+		}
+		gnp_poisson_release(poisson);
+	}
+	free(value);
+	gnp_sample_clear(&sample);
+}
+
 static void the_solution_converges_with_order_three(void)
 {
 	struct gnp_poisson_options options = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_AUTO);
@@ -361,6 +391,7 @@ static void points_at_one_place_are_told(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(every_system_and_solver_finds_the_manufactured_solution),
+	                                    TEST(the_unit_of_the_source_changes_neither_iterations_nor_residual),
 	                                    TEST(the_solution_converges_with_order_three), TEST(a_screened_equation_keeps_its_mean),
 	                                    TEST(an_unresolved_cloud_is_told_by_the_energy),
 	                                    TEST(fixed_points_keep_their_values), TEST(each_part_of_a_cloud_has_a_mean_of_its_own),

@@ -2,8 +2,11 @@
  * what is left of that is taken first. Sanitizers have a malloc of their own: with them there is only the way in. */
 #include "test.h"
 
+#include <errno.h>
+#include <malloc.h>
 #include <stdint.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "reserve.h"
 
@@ -84,6 +87,52 @@ static void small_pieces_come_from_the_reserve(void)
 	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
 }
 
+static bool is_filled(const unsigned char *piece, unsigned char mark, size_t size)
+{
+	for (size_t i = 0; piece && i < size; i++)
+		if (piece[i] != mark)
+			return false;
+	return piece != NULL;
+}
+
+/* What was grown was refused where a new piece of the same size was not; nobody but the reserve knows the size of its pieces. */
+static void pieces_of_the_c_library_grow_into_the_reserve(void)
+{
+	if (!REPLACED)
+		return;
+	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+	unsigned char *own = malloc(PIECE);
+	size_t usable = malloc_usable_size(own), count = exhaust(), taken = 0, reserved = 0;
+	memset(own, 7, PIECE);
+	while (taken < PIECES && reserved != PIECE && (pieces[taken] = malloc(PIECE)) != NULL)
+		reserved = malloc_usable_size(pieces[taken++]);
+	unsigned char *grown = realloc(own, 4 * PIECE), *again = grown ? realloc(grown, 8 * PIECE) : NULL;
+	size_t grown_to = malloc_usable_size(again);
+	bool kept = is_filled(again, 7, PIECE);
+	void *none = realloc(NULL, PIECE), *gone = realloc(again ? again : own, 0);
+	while (taken)
+		free(pieces[--taken]);
+	free(none);
+	recover(count);
+	CHECK(usable >= PIECE && reserved == PIECE);
+	CHECK(grown && again && kept && grown_to == 8 * PIECE && none);
+	free(gone);
+	CHECK(malloc_usable_size(NULL) == 0);
+	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+}
+
+static void whole_pages_are_given_as_ever(void)
+{
+	size_t page = (size_t)sysconf(_SC_PAGESIZE), most = SIZE_MAX;
+	unsigned char *one = valloc(10), *whole = pvalloc(page + 1);
+	CHECK(one && (uintptr_t)one % page == 0);
+	CHECK(whole && (uintptr_t)whole % page == 0);
+	memset(whole, 1, 2 * page);
+	free(one);
+	free(whole);
+	CHECK(!REPLACED || (!pvalloc(most) && errno == ENOMEM));
+}
+
 /* A piece that stays must not keep the rest from being whole again. */
 static void long_lived_pieces_pin_little(void)
 {
@@ -112,6 +161,7 @@ static void more_than_there_is_is_refused(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(small_pieces_come_from_the_reserve), TEST(long_lived_pieces_pin_little),
+	                                    TEST(pieces_of_the_c_library_grow_into_the_reserve), TEST(whole_pages_are_given_as_ever),
 	                                    TEST(more_than_there_is_is_refused)};
 	return RUN_TESTS(tests);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "file_io.h"
+#include "names.h"
 #include "options.h"
 #include "pde_table.h"
 #include "program.h"
@@ -50,12 +51,12 @@ static const char *contender_name(unsigned i)
 
 static gnp_status unknown_word(const char *option, const char *word, size_t length, name_fn name, struct gnp_error *error)
 {
-	char known[160] = "";
-	for (unsigned i = 0; name(i); i++) {
-		size_t used = strlen(known);
-		snprintf(known + used, sizeof known - used, "%s%s", i ? ", " : "", name(i));
-	}
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%.*s', need some of %s", option, (int)length, word, known);
+	struct gnp_names known;
+	gnp_names_begin(&known, word, length);
+	for (unsigned i = 0; name(i); i++)
+		gnp_names_add(&known, name(i));
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%.*s', need some of %s", option, length < 40 ? (int)length : 40, word,
+	                     gnp_names_end(&known));
 }
 
 /* Sets *mask to the words of a list; leaves it when the option was not given. */

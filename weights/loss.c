@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "vector.h"
+
 static const double TINY = 1e-8; /* of a denominator, the truth may be flat; and what an error counts as at least */
 
 const char *gnp_loss_name(enum gnp_loss_term term)
@@ -80,16 +82,11 @@ struct adjoint {
 	double normal[3], inverse[3], form[3], gaussian, mean;
 };
 
-static double dot3(const double a[3], const double b[3])
-{
-	return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Adds the adjoint, through the derivatives of quantities_of, to that of the jet. */
 static void pull_back(const struct gnp_jet *h, const struct quantities *q, const struct adjoint *a, struct gnp_jet *out)
 {
 	double p = h->u, r = h->v, g = q->g, root = q->root, g15 = g * root, g2 = g * g;
-	double normal = dot3(a->normal, q->normal), inverse = dot3(a->inverse, q->inverse), form = dot3(a->form, q->form);
+	double normal = gnp_dot(a->normal, q->normal), inverse = gnp_dot(a->inverse, q->inverse), form = gnp_dot(a->form, q->form);
 	double along = (normal + form + 4 * a->gaussian * q->gaussian + 3 * a->mean * q->mean + 2 * inverse) / g;
 	out->u += -a->normal[0] / root + (2 * a->inverse[2] * p - a->inverse[1] * r) / g +
 	          a->mean * (p * h->vv - r * h->uv) / g15 - p * along;
