@@ -335,6 +335,14 @@ static void work_clear(struct work *work)
 	gnp_cover_clear(&work->cover);
 }
 
+static size_t count_outliers(const struct work *work)
+{
+	size_t count = 0;
+	for (size_t i = 0; work->outlier && i < work->prepared->count; i++)
+		count += work->outlier[i];
+	return count;
+}
+
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                   const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_estimate *estimate, struct gnp_error *error)
@@ -364,6 +372,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	estimate->components = prepared->components;
 	estimate->patches = work.cover.count;
 	estimate->degenerate = work.degenerate;
+	estimate->outliers = count_outliers(&work);
 	estimate->model = estimator->model && status == GNP_OK ? estimator->model(work.state) : NULL;
 	work_clear(&work);
 	return status;

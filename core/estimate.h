@@ -37,6 +37,7 @@ struct gnp_estimate {
 	size_t components;                   /* connected components oriented; 0 when normals were given */
 	size_t patches;                      /* patches fitted */
 	const struct gnp_model *model;       /* the options' or the chosen one, borrowed; NULL: the estimator uses none */
+	size_t outliers;                     /* points the estimator kept out of its patches as outliers: gnp where it looked for them */
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 

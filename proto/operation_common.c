@@ -169,6 +169,8 @@ gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct 
 		status = gnp_values_add_integer(report, "components", (int64_t)facts->components, error);
 	if (status == GNP_OK && facts->patches)
 		status = gnp_values_add_integer(report, "patches", (int64_t)facts->patches, error);
+	if (status == GNP_OK && facts->outliers)
+		status = gnp_values_add_integer(report, "outliers", (int64_t)facts->outliers, error);
 	return status;
 }
 

@@ -77,7 +77,7 @@ gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_ten
 struct gnp_common_facts {
 	const struct gnp_model *model;          /* NULL: the estimator uses none */
 	bool normals_estimated;
-	size_t components, patches, degenerate; /* as in struct gnp_estimate; components, patches 0: not counted */
+	size_t components, patches, degenerate, outliers; /* as in struct gnp_estimate; components, patches 0: not counted */
 };
 
 /* The beginning of a report: estimator and its choices, normals, patches. */
