@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "memory.h"
+#include "warnings.h"
 
 const char *const gnp_common_estimators[] = {"gnp", "gmls", "adaptive", NULL};
 const char *const gnp_common_covers[] = {"cover", "all", NULL};
@@ -196,19 +197,6 @@ static void warn_of_facts(const struct gnp_common_facts *facts, struct gnp_warni
 		                 facts->components);
 }
 
-static gnp_status write_warnings(const struct gnp_warnings *warnings, struct gnp_values *report, struct gnp_error *error)
-{
-	struct gnp_buffer text = {0};
-	gnp_status status = GNP_OK;
-	for (int kind = 0; kind < GNP_WARNING_KINDS && status == GNP_OK; kind++)
-		if (warnings->text[kind][0])
-			status = gnp_buffer_printf(&text, error, "%s%s", text.size ? "; " : "", warnings->text[kind]);
-	if (status == GNP_OK && text.size)
-		status = gnp_values_add_string(report, "warnings", (const char *)text.data, error);
-	gnp_buffer_clear(&text);
-	return status;
-}
-
 gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
                                  struct gnp_error *error)
 {
@@ -216,5 +204,5 @@ gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const str
 	gnp_warnings_merge(&warnings, gnp_task_warnings(task));
 	warn_of_facts(facts, &warnings);
 	gnp_status status = report_seconds(task, report, error);
-	return status == GNP_OK ? write_warnings(&warnings, report, error) : status;
+	return status == GNP_OK ? gnp_warnings_report(&warnings, report, error) : status;
 }
