@@ -14,7 +14,7 @@ void gnp_notices_warn(const struct gnp_values *parameters, const struct gnp_argu
 void gnp_notices_of_answer(enum gnp_format format, const struct gnp_buffer *answer, const struct gnp_buffer *header,
                            struct gnp_values *parameters);
 
-/* A line on standard output for each parameter and each warning. */
+/* A line on standard output for each parameter and each warning. Control characters, which a file of anybody's may have, become spaces. */
 void gnp_notices_print(const struct gnp_values *parameters);
 
 #endif
