@@ -19,6 +19,7 @@ struct gnp_estimate_options {
 	int degree;           /* of the Legendre basis; 1..7 */
 	int basis;            /* enum gnp_basis_kind */
 	int weight;           /* enum gnp_weight_kind */
+	int outliers;         /* enum gnp_outliers_kind */
 	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
 	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
 	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */

@@ -85,7 +85,7 @@ static void write_key(const struct gnp_call *call, const struct gnp_equation_opt
 	const struct gnp_estimate_options *e = &l->domain.estimate;
 	char models[4096];
 	/* Not as text: where memory is exhausted, the C library cannot print so many numbers at once, and says -1. */
-	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->degree, l->neighbors,
+	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, e->outliers, options->filter, l->system, l->degree, l->neighbors,
 	                     o->solver, o->mean, o->iterations};
 	const double reals[] = {l->drop, o->screening, o->tolerance};
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;

@@ -143,24 +143,50 @@ static void every_answer_names_its_estimator_and_weights(void)
 		CHECK(!gnp_format_writable(f) || carried[f]);
 }
 
-/* auto also keeps outliers out of what its model sees, which the model's name alone does not tell. */
-static void outliers_that_took_no_part_are_counted(void)
+/* A sphere of 2,000 points, some of noise, of which every 40th lies off the surface. */
+static void run_spoilt(const char *parameters, struct gnp_response *response)
 {
 	const struct gnp_limits limits = {.models = models};
 	struct gnp_request request = {0};
-	struct gnp_response response = {0};
 	struct gnp_call call;
 	add_sphere(&request, GNP_FP64, 2000, 0);
 	double *points = request.inputs.items[0].data;
-	for (size_t i = 0; i < 2000; i += 40)
+	for (size_t i = 0; i < 2000; i++)
 		for (size_t a = 0; a < 3; a++)
-			points[3 * i + a] *= 1.1;
+			points[3 * i + a] *= i % 40 ? 1 + 0.004 * sin((double)(i * i)) : 1.1;
+	set_parameters(&request, parameters);
 	CHECK(gnp_call_prepare(gnp_operation_find("estimate"), &request, &limits, &call, NULL) == GNP_OK);
-	CHECK(gnp_call_run(&call, pool, NULL, &response, NULL) == GNP_OK);
-	CHECK_STRING(text(&response, "weights"), "outlier_50k");
-	CHECK_NEAR(number(&response, "outliers"), 50, 2);
-	gnp_response_clear(&response);
+	CHECK(gnp_call_run(&call, pool, NULL, response, NULL) == GNP_OK);
 	gnp_request_clear(&request);
+}
+
+static bool same_outputs(const struct gnp_response *a, const struct gnp_response *b)
+{
+	bool same = a->outputs.count == b->outputs.count;
+	for (size_t i = 0; same && i < a->outputs.count; i++)
+		same = a->outputs.items[i].size == b->outputs.items[i].size &&
+		       memcmp(a->outputs.items[i].data, b->outputs.items[i].data, a->outputs.items[i].size) == 0;
+	return same;
+}
+
+/* auto also keeps outliers out of what its model sees, which the model's name alone does not tell. */
+static void what_auto_did_its_parameters_repeat(void)
+{
+	struct gnp_response chosen = {0}, named = {0}, repeated = {0}, kept = {0};
+	run_spoilt("weights=auto", &chosen);
+	run_spoilt("weights=noise_70k", &named);
+	run_spoilt("weights=noise_70k outliers=left_out", &repeated);
+	run_spoilt("weights=auto outliers=kept", &kept);
+	CHECK_STRING(text(&chosen, "weights"), "noise_70k");
+	CHECK_STRING(text(&chosen, "outliers"), "left_out");
+	CHECK_NEAR(number(&chosen, "outliers_left_out"), 50, 2);
+	CHECK(same_outputs(&repeated, &chosen) && number(&repeated, "outliers_left_out") == number(&chosen, "outliers_left_out"));
+	CHECK(!same_outputs(&named, &chosen) && !gnp_values_find(&named.parameters, "outliers"));
+	CHECK(same_outputs(&kept, &named) && !gnp_values_find(&kept.parameters, "outliers"));
+	gnp_response_clear(&chosen);
+	gnp_response_clear(&named);
+	gnp_response_clear(&repeated);
+	gnp_response_clear(&kept);
 }
 
 /* ---- There and back ---- */
@@ -368,7 +394,7 @@ static void headers_that_stay_too_long_are_left_out(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(every_answer_names_its_estimator_and_weights), TEST(outliers_that_took_no_part_are_counted),
+		TEST(every_answer_names_its_estimator_and_weights), TEST(what_auto_did_its_parameters_repeat),
 		TEST(warnings_are_taken_apart_as_they_were_joined), TEST(files_say_what_they_were_told), TEST(comments_have_a_line_for_each_warning),
 		TEST(archives_go_back_in), TEST(somebody_elses_parameters_are_an_array), TEST(comments_of_others_are_shown),
 		TEST(headers_are_one_line_of_ascii), TEST(long_headers_have_the_kinds_alone), TEST(headers_that_stay_too_long_are_left_out)};
