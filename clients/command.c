@@ -1,5 +1,7 @@
 #include "command.h"
 
+const struct gnp_option gnp_option_quiet = {"quiet", 0, NULL, "no warnings on standard error"};
+
 enum gnp_exit gnp_exit_of(gnp_status status, bool remote)
 {
 	switch (status) {

@@ -26,6 +26,9 @@ enum gnp_exit {
 /* The exit code for a failure of the work itself; remote: the status came from a server. */
 enum gnp_exit gnp_exit_of(gnp_status status, bool remote);
 
+/* --quiet, which every subcommand takes. */
+extern const struct gnp_option gnp_option_quiet;
+
 struct gnp_command {
 	const char *name, *operands, *help; /* operands: as the synopsis shows them ("IN -o OUT") */
 	const char *details;                /* printed below the options; may be NULL */

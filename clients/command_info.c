@@ -7,6 +7,7 @@
 #include "fields.h"
 #include "file_io.h"
 #include "memory.h"
+#include "notices.h"
 #include "vector.h"
 
 static const struct gnp_option options[] = {
@@ -89,13 +90,12 @@ static gnp_status print_named(const struct gnp_tensors *tensors, const char *nam
 	return status;
 }
 
-static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arguments *arguments, struct gnp_error *error)
+static gnp_status print_fields(const char *path, const struct gnp_arguments *arguments, const struct gnp_buffer *content,
+                               struct gnp_error *error)
 {
-	(void)command;
-	const char *path = arguments->operands[0], *names = gnp_arguments_get(arguments, "fields", NULL);
-	struct gnp_buffer content = {0};
+	const char *names = gnp_arguments_get(arguments, "fields", NULL);
 	struct gnp_tensors tensors = {0};
-	gnp_status status = gnp_file_load(path, gnp_arguments_get(arguments, "input-format", NULL), &content, &tensors, error);
+	gnp_status status = gnp_file_unpack(path, gnp_arguments_get(arguments, "input-format", NULL), content, &tensors, error);
 	if (status == GNP_OK) {
 		print_head(path, &tensors);
 		if (names)
@@ -104,6 +104,37 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 			status = print_field(&tensors.items[i], error);
 	}
 	gnp_tensors_clear(&tensors);
+	return status;
+}
+
+/* What the file says of itself. */
+static gnp_status print_notices(enum gnp_format format, const struct gnp_buffer *content, struct gnp_error *error)
+{
+	struct gnp_values parameters = {0};
+	gnp_status status = gnp_file_parameters(format, content->data, content->size, &parameters, error);
+	if (status == GNP_OK && parameters.count) {
+		puts("\nwhat the file says of itself");
+		gnp_notices_print(&parameters);
+	}
+	gnp_values_clear(&parameters);
+	return status;
+}
+
+/* Of formats that are only written, what the file says of itself is all that can be told. */
+static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	(void)command;
+	const char *path = arguments->operands[0];
+	struct gnp_buffer content = {0};
+	enum gnp_format format = GNP_FORMAT_COUNT;
+	gnp_status status = gnp_file_read(path, &content, error);
+	bool known = status == GNP_OK && gnp_file_format_any(gnp_arguments_get(arguments, "input-format", NULL), path, &content, &format);
+	if (known && !gnp_format_readable(format))
+		printf("%s: %s, %zu bytes\n", path, gnp_format_name(format), content.size);
+	else if (status == GNP_OK)
+		status = print_fields(path, arguments, &content, error);
+	if (status == GNP_OK)
+		status = print_notices(format, &content, error);
 	gnp_buffer_clear(&content);
 	return gnp_exit_of(status, false);
 }
@@ -111,7 +142,7 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 const struct gnp_command gnp_command_info = {
 	.name = "info",
 	.operands = "FILE [--fields A,B,...]",
-	.help = "what a cloud's file holds, with statistics of every field",
+	.help = "what a cloud's file holds, with statistics of every field, and what it says of how it was made",
 	.options = options,
 	.option_count = sizeof options / sizeof options[0],
 	.operands_least = 1,

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "file_io.h"
 #include "job_client.h"
+#include "notices.h"
 #include "server_options.h"
 #include "session.h"
 
@@ -82,12 +83,21 @@ static gnp_status cancel(const struct gnp_job_server *server, const char *id, st
 	return status;
 }
 
-static gnp_status fetch(const struct gnp_job_server *server, const char *id, const char *output, struct gnp_error *error)
+static gnp_status fetch(const struct gnp_job_server *server, const char *id, const struct gnp_arguments *arguments, struct gnp_error *error)
 {
-	struct gnp_buffer result = {0};
-	gnp_status status = gnp_job_fetch(server, id, &result, error);
+	struct gnp_buffer result = {0}, header = {0};
+	struct gnp_values parameters = {0};
+	enum gnp_format format = GNP_FORMAT_COUNT;
+	gnp_status status = gnp_job_fetch(server, id, &result, &header, error);
 	if (status == GNP_OK)
-		status = gnp_file_write(output, result.data, result.size, error);
+		status = gnp_file_write(gnp_arguments_get(arguments, "output", "-"), result.data, result.size, error);
+	if (status == GNP_OK) {
+		gnp_format_by_magic(result.data, result.size, &format);
+		gnp_notices_of_answer(format, &result, &header, &parameters);
+		gnp_notices_warn(&parameters, arguments);
+	}
+	gnp_values_clear(&parameters);
+	gnp_buffer_clear(&header);
 	gnp_buffer_clear(&result);
 	return status;
 }
@@ -107,7 +117,7 @@ static gnp_status act(const struct gnp_job_server *server, const struct gnp_argu
 		return show(server, id, error);
 	if (strcmp(verb, "cancel") == 0)
 		return cancel(server, id, error);
-	return fetch(server, id, gnp_arguments_get(arguments, "output", "-"), error);
+	return fetch(server, id, arguments, error);
 }
 
 /* Only characters of ids, so that none becomes a path. */

@@ -6,12 +6,14 @@
 #include "file_io.h"
 #include "http_client.h"
 #include "job_client.h"
+#include "notices.h"
 #include "result.h"
 #include "server_options.h"
 #include "session.h"
 
 static const struct gnp_option client_options[] = {
 	{"output", 'o', "FILE", "where to write (default: standard output)"},
+	{"parameters", 0, "FILE", "where to write what was done, as JSON: NPY and CSV have no place for it"},
 	{"format", 0, "NAME", "format of the output (default: by extension; ply on standard output)"},
 	{"input-format", 0, "NAME", "format of the input (default: by extension, else by its first bytes)"},
 	{"local", 0, NULL, "work on this machine (the default)"},
@@ -33,7 +35,8 @@ struct job {
 	uint64_t workers;
 	struct gnp_http_request server; /* key, cacert, timeout */
 	bool job, wait;
-	struct gnp_values parameters;
+	const struct gnp_arguments *arguments;
+	struct gnp_values parameters, report; /* as given; what the answer says of itself */
 	struct gnp_buffer body; /* the input file */
 };
 
@@ -53,7 +56,7 @@ static gnp_status parse_parameters(const struct gnp_arguments *arguments, struct
 	job->operation->defaults(checked);
 	for (size_t i = 0; i < arguments->option_count && status == GNP_OK; i++) {
 		const struct gnp_option_given *given = &arguments->options[i];
-		if (is_client_option(given->option))
+		if (is_client_option(given->option) || strcmp(given->option->name, gnp_option_quiet.name) == 0)
 			continue;
 		status = gnp_parameter_parse(job->operation, checked, given->option->name, given->value, error);
 		if (status == GNP_OK)
@@ -79,6 +82,8 @@ static gnp_status parse_job(const struct gnp_arguments *arguments, struct job *j
 	job->wait = gnp_arguments_has(arguments, "wait");
 	if (job->job && !job->url)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--job: needs --url, jobs are those of a server");
+	if (job->job && !job->wait && gnp_arguments_has(arguments, "parameters"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--parameters: are the answer's, with --job it needs --wait");
 	if (job->wait && !job->job)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--wait: needs --job");
 	gnp_status status = gnp_server_options_take(arguments, job->url != NULL, &job->server, error);
@@ -112,6 +117,10 @@ static gnp_status run_local(struct job *job, struct gnp_session *session, struct
 	gnp_task_stage(&session->task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = gnp_result_encode(job->output_format, &request, &response, answer, error);
+	if (status == GNP_OK) {
+		job->report = response.parameters;
+		response.parameters = (struct gnp_values){0};
+	}
 	gnp_response_clear(&response);
 	request.parameters = (struct gnp_values){0};
 	gnp_request_clear(&request);
@@ -136,7 +145,7 @@ static gnp_status build_url(const struct job *job, struct gnp_buffer *url, struc
 
 static gnp_status run_remote(struct job *job, struct gnp_session *session, struct gnp_buffer *answer, struct gnp_error *error)
 {
-	struct gnp_buffer url = {0};
+	struct gnp_buffer url = {0}, header = {0};
 	gnp_status status = build_url(job, &url, error);
 	if (status == GNP_OK) {
 		struct gnp_http_request request = job->server;
@@ -145,8 +154,12 @@ static gnp_status run_remote(struct job *job, struct gnp_session *session, struc
 		request.size = job->body.size;
 		request.content_type = gnp_format_media_type(job->input_format);
 		request.accept = gnp_format_media_type(job->output_format);
+		request.parameters = &header;
 		status = gnp_http_post(&request, &session->progress, answer, error);
 	}
+	if (status == GNP_OK && !job->job)
+		gnp_notices_of_answer(job->output_format, answer, &header, &job->report);
+	gnp_buffer_clear(&header);
 	gnp_buffer_clear(&url);
 	return status;
 }
@@ -156,7 +169,7 @@ static gnp_status run_as_job(struct job *job, struct gnp_session *session, struc
 {
 	const struct gnp_job_server server = {.url = job->url, .with = job->server, .progress = &session->progress};
 	char id[GNP_JOB_ID_MAX];
-	struct gnp_buffer json = {0};
+	struct gnp_buffer json = {0}, header = {0};
 	gnp_status status = run_remote(job, session, &json, error);
 	if (status == GNP_OK)
 		status = gnp_job_id(&json, id, error);
@@ -165,7 +178,27 @@ static gnp_status run_as_job(struct job *job, struct gnp_session *session, struc
 		return gnp_buffer_printf(answer, error, "%s\n", id);
 	if (status == GNP_OK)
 		status = gnp_job_wait(&server, id, error);
-	return status == GNP_OK ? gnp_job_fetch(&server, id, answer, error) : status;
+	if (status == GNP_OK)
+		status = gnp_job_fetch(&server, id, answer, &header, error);
+	if (status == GNP_OK)
+		gnp_notices_of_answer(job->output_format, answer, &header, &job->report);
+	gnp_buffer_clear(&header);
+	return status;
+}
+
+/* Warnings to the terminal, parameters where they are wanted. */
+static gnp_status tell(const struct job *job, struct gnp_error *error)
+{
+	const char *path = gnp_arguments_get(job->arguments, "parameters", NULL);
+	struct gnp_buffer json = {0};
+	gnp_notices_warn(&job->report, job->arguments);
+	gnp_status status = path ? gnp_parameters_write(&job->report, &json, error) : GNP_OK;
+	if (status == GNP_OK && path)
+		status = gnp_buffer_append(&json, "\n", 1, error);
+	if (status == GNP_OK && path)
+		status = gnp_file_write(path, json.data, json.size, error);
+	gnp_buffer_clear(&json);
+	return status;
 }
 
 static enum gnp_exit run_job(struct job *job, struct gnp_error *error)
@@ -182,13 +215,15 @@ static enum gnp_exit run_job(struct job *job, struct gnp_error *error)
 		status = gnp_file_write(job->job && !job->wait ? "-" : job->output, answer.data, answer.size, error);
 		remote = false;
 	}
+	if (status == GNP_OK)
+		status = tell(job, error);
 	gnp_buffer_clear(&answer);
 	return gnp_exit_of(status, remote);
 }
 
 static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arguments *arguments, struct gnp_error *error)
 {
-	struct job job = {.operation = command->operation};
+	struct job job = {.operation = command->operation, .arguments = arguments};
 	enum gnp_exit code = GNP_EXIT_USAGE;
 	if (parse_job(arguments, &job, error) != GNP_OK)
 		goto done;
@@ -200,6 +235,7 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 	code = run_job(&job, error);
 done:
 	gnp_values_clear(&job.parameters);
+	gnp_values_clear(&job.report);
 	gnp_buffer_clear(&job.body);
 	return code;
 }

@@ -148,13 +148,16 @@ static gnp_status check_format(bool known, bool (*usable)(enum gnp_format), enum
 	                     what, verb, list, usable == gnp_format_readable ? "input-format" : "format");
 }
 
+bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, enum gnp_format *format)
+{
+	return gnp_format_by_name(name ? name : extension(path), format) || (!name && gnp_format_by_magic(content->data, content->size, format));
+}
+
 gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
                               enum gnp_format *format, struct gnp_error *error)
 {
 	enum gnp_format found = GNP_FORMAT_COUNT;
-	bool known = gnp_format_by_name(name ? name : extension(path), &found);
-	if (!known && !name)
-		known = gnp_format_by_magic(content->data, content->size, &found);
+	bool known = gnp_file_format_any(name, path, content, &found);
 	return check_format(known, gnp_format_readable, found, name ? name : path, "read", format, error);
 }
 
@@ -168,10 +171,15 @@ gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_form
 gnp_status gnp_file_load(const char *path, const char *format_name, struct gnp_buffer *content,
                          struct gnp_tensors *tensors, struct gnp_error *error)
 {
-	enum gnp_format format;
 	gnp_status status = gnp_file_read(path, content, error);
-	if (status == GNP_OK)
-		status = gnp_file_format_in(format_name, path, content, &format, error);
+	return status == GNP_OK ? gnp_file_unpack(path, format_name, content, tensors, error) : status;
+}
+
+gnp_status gnp_file_unpack(const char *path, const char *format_name, const struct gnp_buffer *content, struct gnp_tensors *tensors,
+                           struct gnp_error *error)
+{
+	enum gnp_format format;
+	gnp_status status = gnp_file_format_in(format_name, path, content, &format, error);
 	if (status != GNP_OK)
 		return status;
 	struct gnp_error cause = {0};

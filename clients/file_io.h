@@ -2,6 +2,7 @@
 #ifndef GNP_CLIENTS_FILE_IO_H
 #define GNP_CLIENTS_FILE_IO_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "file.h"
@@ -22,6 +23,13 @@ gnp_status gnp_file_write(const char *path, const void *data, size_t size, struc
 gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
                               enum gnp_format *format, struct gnp_error *error);
 gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error);
+
+/* The same of a format that need not be one that can be read. False when none is known. */
+bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, enum gnp_format *format);
+
+/* Decodes every field of a file that was read from path. Tensors may borrow from *content. */
+gnp_status gnp_file_unpack(const char *path, const char *format_name, const struct gnp_buffer *content, struct gnp_tensors *tensors,
+                           struct gnp_error *error);
 
 /* Reads and decodes every field of a file. Tensors may borrow from *content; both are cleared by the caller in any case. */
 gnp_status gnp_file_load(const char *path, const char *format_name, struct gnp_buffer *content,

@@ -28,7 +28,7 @@ static void print_exit_codes(void)
 static void print_help(void)
 {
 	puts("gnp: geometry of point clouds, here or by a gnpd server\n"
-	     "\nUsage: gnp COMMAND [OPTIONS]    gnp COMMAND --help    gnp --version\n"
+	     "\nUsage: gnp [--quiet] COMMAND [OPTIONS]    gnp COMMAND --help    gnp --version\n"
 	     "\nOperations (with --local on this machine, with --url by a server):");
 	const struct gnp_operation *operation;
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
@@ -45,6 +45,7 @@ static enum gnp_exit print_command_help(const struct gnp_command *command, struc
 {
 	printf("gnp %s: %s\n\nUsage: gnp %s %s\n\nOptions:\n", command->name, command->help, command->name, command->operands);
 	gnp_options_print(command->options, command->option_count, stdout);
+	gnp_options_print(&gnp_option_quiet, 1, stdout);
 	puts("      --help                     this text");
 	if (command->operation) {
 		struct gnp_buffer usage = {0};
@@ -69,7 +70,10 @@ static enum gnp_exit run_command(const struct gnp_command *command, int argc, ch
 		if (strcmp(argv[i], "--help") == 0)
 			return print_command_help(command, error);
 	struct gnp_arguments arguments;
-	if (gnp_arguments_parse(argc, argv, command->options, command->option_count, command->operands_most, &arguments, error) != GNP_OK)
+	struct gnp_option options[GNP_OPERATION_OPTIONS_MAX + 1];
+	memcpy(options, command->options, command->option_count * sizeof *options);
+	options[command->option_count] = gnp_option_quiet;
+	if (gnp_arguments_parse(argc, argv, options, command->option_count + 1, command->operands_most, &arguments, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
 	if (arguments.operand_count < command->operands_least) {
 		gnp_error_set(error, GNP_INVALID_ARGUMENT, "got %zu operands, need %zu: gnp %s %s", arguments.operand_count,
@@ -112,6 +116,10 @@ int main(int argc, char **argv)
 	gnp_linalg_init();
 	/* A closed pipe or connection is an error of the write, not the end of the program. */
 	signal(SIGPIPE, SIG_IGN);
+	if (argc > 2 && strcmp(argv[1], "--quiet") == 0) { /* a subcommand's option, wherever it stands */
+		argv[1] = argv[2];
+		argv[2] = "--quiet";
+	}
 	if (argc < 2) {
 		fprintf(stderr, "gnp: no command given; 'gnp --help' lists them\n");
 		return GNP_EXIT_USAGE;

@@ -181,6 +181,14 @@ static gnp_status judge(CURL *easy, CURLcode result, const struct gnp_http_reque
 	return gnp_error_set(error, GNP_IO, "%.120s: %s", request->url, reason[0] ? reason : curl_easy_strerror(result));
 }
 
+static gnp_status take_parameters(CURL *easy, struct gnp_buffer *parameters, struct gnp_error *error)
+{
+	struct curl_header *header;
+	if (!parameters || curl_easy_header(easy, "X-Gnpd-Parameters", 0, CURLH_HEADER, -1, &header) != CURLHE_OK)
+		return GNP_OK;
+	return gnp_buffer_append(parameters, header->value, strlen(header->value), error);
+}
+
 gnp_status gnp_http_post(const struct gnp_http_request *request, struct gnp_progress *progress,
                          struct gnp_buffer *response, struct gnp_error *error)
 {
@@ -198,6 +206,8 @@ gnp_status gnp_http_post(const struct gnp_http_request *request, struct gnp_prog
 	curl_easy_setopt(easy, CURLOPT_HTTPHEADER, headers);
 	CURLcode result = perform(multi, easy, progress->task);
 	status = judge(easy, result, request, &exchange, reason, error);
+	if (status == GNP_OK)
+		status = take_parameters(easy, request->parameters, error);
 	if (status == GNP_OK) {
 		*response = exchange.body;
 		exchange.body = (struct gnp_buffer){0};

@@ -17,6 +17,7 @@ struct gnp_http_request {
 	const void *body;
 	size_t size;
 	double timeout;           /* seconds for the whole exchange, 0: none */
+	struct gnp_buffer *parameters; /* receives the value of the answer's X-Gnpd-Parameters, empty without (empty on entry); NULL: not wanted */
 };
 
 /* Sends the body and moves the answer into *response (empty on entry). Cancelled within a tenth of a second through progress->task, which

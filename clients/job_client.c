@@ -81,9 +81,12 @@ gnp_status gnp_job_wait(const struct gnp_job_server *server, const char *id, str
 	}
 }
 
-gnp_status gnp_job_fetch(const struct gnp_job_server *server, const char *id, struct gnp_buffer *result, struct gnp_error *error)
+gnp_status gnp_job_fetch(const struct gnp_job_server *server, const char *id, struct gnp_buffer *result, struct gnp_buffer *parameters,
+                         struct gnp_error *error)
 {
+	struct gnp_job_server asks = *server;
 	char path[GNP_JOB_ID_MAX + 16];
 	snprintf(path, sizeof path, "/%.*s/result", GNP_JOB_ID_MAX - 1, id);
-	return gnp_job_call(server, "GET", path, result, error);
+	asks.with.parameters = parameters;
+	return gnp_job_call(&asks, "GET", path, result, error);
 }

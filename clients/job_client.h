@@ -23,6 +23,8 @@ gnp_status gnp_job_id(const struct gnp_buffer *json, char id[GNP_JOB_ID_MAX], st
  * cancelled task ends the waiting and leaves the job alone. */
 gnp_status gnp_job_wait(const struct gnp_job_server *server, const char *id, struct gnp_error *error);
 
-gnp_status gnp_job_fetch(const struct gnp_job_server *server, const char *id, struct gnp_buffer *result, struct gnp_error *error);
+/* parameters (empty on entry): receives what the result's header says of it, as text. */
+gnp_status gnp_job_fetch(const struct gnp_job_server *server, const char *id, struct gnp_buffer *result, struct gnp_buffer *parameters,
+                         struct gnp_error *error);
 
 #endif

@@ -16,6 +16,12 @@ void gnp_domain_clear(struct gnp_domain *domain)
 	*domain = (struct gnp_domain){.cloud_count = 0};
 }
 
+struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain)
+{
+	return (struct gnp_domain_facts){domain->normals_estimated, domain->components, domain->patches, domain->degenerate, domain->outliers,
+	                                 domain->model};
+}
+
 size_t gnp_domain_bytes(const struct gnp_domain *domain)
 {
 	/* order, points, normals, area, and the search tree with about 100 bytes a point */
@@ -54,6 +60,7 @@ static gnp_status settle(const struct gnp_domain_options *options, struct gnp_po
 	}
 	domain->patches = estimate.patches;
 	domain->degenerate = estimate.degenerate;
+	domain->outliers = estimate.outliers;
 	domain->model = estimate.model;
 	gnp_estimate_clear(&estimate);
 	return status;
@@ -101,6 +108,7 @@ static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gn
 	for (size_t i = 0; i < domain->prepared.count && status == GNP_OK; i++)
 		domain->prepared.order[i] = filter.index[domain->prepared.order[i]];
 	domain->normals_estimated = filter.normals_estimated;
+	domain->components = filter.components;
 	gnp_filter_clear(&filter);
 	return status;
 }
@@ -109,7 +117,10 @@ static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_d
                                struct gnp_task *task, struct gnp_domain *domain, struct gnp_error *error)
 {
 	gnp_status status = gnp_prepare(cloud, pool, task, &domain->prepared, error);
-	return status == GNP_OK ? settle(options, pool, task, domain, error) : status;
+	if (status != GNP_OK)
+		return status;
+	domain->components = domain->prepared.components;
+	return settle(options, pool, task, domain, error);
 }
 
 /* Entries of operators are inverse squares of lengths, and their squares and products have to be numbers, too. */

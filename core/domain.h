@@ -23,9 +23,17 @@ struct gnp_domain {
 	double *area;                 /* (prepared.count) of each point's cell [length^2] */
 	size_t open;                  /* cells at open boundaries */
 	int normals_estimated;        /* as in struct gnp_estimate, as are these: */
-	size_t patches, degenerate;
+	size_t components, patches, degenerate, outliers;
 	const struct gnp_model *model;
 };
+
+/* What is known of the surface, for results that outlive their domain. */
+struct gnp_domain_facts {
+	int normals_estimated; /* as in struct gnp_domain */
+	size_t components, patches, degenerate, outliers;
+	const struct gnp_model *model;
+};
+struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain);
 
 /* Checks cloud and options as gnp_estimate_run does. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,

@@ -75,7 +75,8 @@ gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct
 	            {"k", options->k, K_MIN, K_MAX},
 	            {"degree", options->degree, 1, GNP_DEGREE_MAX},
 	            {"basis", options->basis, GNP_BASIS_TENSOR, GNP_BASIS_TOTAL},
-	            {"weight", options->weight, GNP_WEIGHT_QUARTIC, GNP_WEIGHT_LINEAR}};
+	            {"weight", options->weight, GNP_WEIGHT_QUARTIC, GNP_WEIGHT_LINEAR},
+	            {"outliers", options->outliers, GNP_OUTLIERS_AUTO, GNP_OUTLIERS_LEFT_OUT}};
 	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
 		gnp_status status = gnp_check_integer(rows[i].name, rows[i].value, rows[i].low, rows[i].high, error);
 		if (status != GNP_OK)
@@ -278,7 +279,7 @@ static gnp_status check_judged(struct work *work, const struct gnp_estimate_opti
 		return GNP_OK;
 	if (options->quantities != GNP_QUANTITY_ALL && options->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with auto)",
+		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with outliers=left_out)",
 		                     work->estimator->name, work->fit.model ? work->fit.model->name : "auto");
 	work->quantities &= ~GNP_QUANTITY_BIT(GNP_OUTLIER);
 	return GNP_OK;
@@ -329,6 +330,14 @@ static void work_clear(struct work *work)
 	gnp_cover_clear(&work->cover);
 }
 
+static size_t count_outliers(const struct work *work)
+{
+	size_t count = 0;
+	for (size_t i = 0; work->outlier && i < work->prepared->count; i++)
+		count += work->outlier[i];
+	return count;
+}
+
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                   const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_estimate *estimate, struct gnp_error *error)
@@ -336,6 +345,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	const struct gnp_estimator *estimator = estimator_of(options);
 	struct work work = {.prepared = prepared, .choice = choice, .estimator = estimator,
 	                    .fit = {.basis = basis_of(options), .weight = (enum gnp_weight_kind)options->weight,
+	                            .outliers = (enum gnp_outliers_kind)options->outliers,
 	                            .model = options->model, .models = options->models},
 	                    .quantities = (options->quantities | options->if_offered) & offered_quantities(estimator),
 	                    .rule = {.k = (size_t)options->k, .served = (size_t)options->k / 3, .buffer = 1, .delta0_ratio = 0.1,
@@ -358,6 +368,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	estimate->components = prepared->components;
 	estimate->patches = work.cover.count;
 	estimate->degenerate = work.degenerate;
+	estimate->outliers = count_outliers(&work);
 	estimate->model = estimator->model && status == GNP_OK ? estimator->model(work.state) : NULL;
 	work_clear(&work);
 	return status;

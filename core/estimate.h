@@ -19,6 +19,7 @@ struct gnp_estimate_options {
 	int degree;           /* of the Legendre basis; 1..7 */
 	int basis;            /* enum gnp_basis_kind */
 	int weight;           /* enum gnp_weight_kind */
+	int outliers;         /* enum gnp_outliers_kind */
 	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
 	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
 	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
@@ -37,6 +38,7 @@ struct gnp_estimate {
 	size_t components;                   /* connected components oriented; 0 when normals were given */
 	size_t patches;                      /* patches fitted */
 	const struct gnp_model *model;       /* the options' or the chosen one, borrowed; NULL: the estimator uses none */
+	size_t outliers;                     /* points the estimator kept out of its patches as outliers: gnp where it looked for them */
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 

@@ -20,11 +20,16 @@ enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 struct gnp_model;
 struct gnp_models;
 
+/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud chooses the model, or
+ * where that is one with a projection head of the regime `outlier`, else kept. */
+enum gnp_outliers_kind { GNP_OUTLIERS_AUTO, GNP_OUTLIERS_KEPT, GNP_OUTLIERS_LEFT_OUT };
+
 /* How to fit; the fields an estimator has no use for are ignored by it. */
 struct gnp_fit_options {
 	struct gnp_basis basis;
 	const struct gnp_model *model;   /* the network; NULL: the one of models that suits the cloud */
 	const struct gnp_models *models; /* may be NULL: none */
+	enum gnp_outliers_kind outliers; /* of those that use a model */
 	enum gnp_weight_kind weight; /* of a point at r = |(u, v)| in [0, 1]: (1 - r)^4, 1, or 1.2 - r */
 };
 

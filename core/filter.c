@@ -257,6 +257,7 @@ static gnp_status apply(struct run *run, struct view *view, unsigned char *mask,
 	r->model = view->found.model;
 	r->patches = view->found.patches;
 	r->degenerate = view->found.degenerate;
+	r->outliers = view->found.outliers;
 	if (run->options->project) {
 		r->moved = project(run, &view->found, mask);
 		r->iterations = 1;

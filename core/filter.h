@@ -47,7 +47,7 @@ struct gnp_filter {
 	double moved;            /* root mean square move of the last of them [length] */
 	enum gnp_filter_stop stop;
 	int normals_estimated;   /* as in struct gnp_estimate, as are these: */
-	size_t components, patches, degenerate;
+	size_t components, patches, degenerate, outliers;
 	const struct gnp_model *model;
 };
 

@@ -43,6 +43,11 @@ size_t gnp_geodesic_bytes(const struct gnp_geodesic *geodesic)
 	       3 * gnp_csr_bytes(&one) + edges * 12 + geodesic->domain.prepared.count * 40;
 }
 
+const struct gnp_domain *gnp_geodesic_domain(const struct gnp_geodesic *geodesic)
+{
+	return &geodesic->domain;
+}
+
 /* The square of the mean spacing, or more where heat would not get across. */
 static double flow_time(const struct gnp_domain *domain)
 {

@@ -15,6 +15,7 @@ gnp_status gnp_geodesic_create(const struct gnp_cloud *cloud, const struct gnp_d
                                struct gnp_task *task, struct gnp_geodesic **out, struct gnp_error *error);
 void gnp_geodesic_free(struct gnp_geodesic *geodesic);
 size_t gnp_geodesic_bytes(const struct gnp_geodesic *geodesic);
+const struct gnp_domain *gnp_geodesic_domain(const struct gnp_geodesic *geodesic);
 
 /* distance (n) out [length], to the nearest of the sources (count, each < n, none dropped by a filter); INFINITY at points of parts of the cloud that hold no
  * source, and at points the filter dropped. On failure distance is undefined. task may be NULL. */

@@ -75,7 +75,7 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 }
 
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
-                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_error *error)
+                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error)
 {
 	struct gnp_domain domain;
 	struct gnp_collocation made = {.rows = 0};
@@ -88,6 +88,8 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 	if (status == GNP_OK)
 		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
+	if (status == GNP_OK && facts)
+		*facts = gnp_domain_facts(&domain);
 	gnp_domain_clear(&domain);
 	if (status == GNP_OK)
 		*out = made;

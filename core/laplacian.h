@@ -25,9 +25,9 @@ unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options);
 size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 
 /* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
- * dropped. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
+ * dropped. Deterministic for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL. */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
-                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_error *error);
+                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error);
 
 /* The same of a domain, in its curve order. unknown (points): 1: never dropped; NULL: any may be. */
 gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct gnp_laplacian_options *options,

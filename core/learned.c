@@ -70,7 +70,7 @@ static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_po
 	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
 }
 
-/* Looks at the cloud. The outliers found stay out of patches whichever model it is. */
+/* Looks at the cloud. The outliers found stay out of patches whichever model it is, unless they are to be kept. */
 static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models, struct gnp_pool *pool,
                                   struct gnp_task *task, struct state *state, struct gnp_error *error)
 {
@@ -99,6 +99,18 @@ void gnp_learned_release(void *pointer)
 	free(state);
 }
 
+static bool looks_for_outliers(const struct state *state, enum gnp_outliers_kind outliers)
+{
+	return outliers == GNP_OUTLIERS_LEFT_OUT ||
+	       (outliers == GNP_OUTLIERS_AUTO && is_projection(state) && strcmp(state->model->regime, "outlier") == 0);
+}
+
+static void keep_outliers(struct state *state)
+{
+	memset(state->outlier, 0, state->count);
+	state->judged = false;
+}
+
 static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
@@ -113,8 +125,10 @@ static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud
 		status = choose_model(options->models, "clean", &state->model, error);
 	else if (!state->model)
 		status = choose_by_cloud(cloud, options->models, pool, task, state, error);
-	else if (is_projection(state) && strcmp(state->model->regime, "outlier") == 0)
+	else if (looks_for_outliers(state, options->outliers))
 		status = find_outliers(cloud, pool, task, state, error);
+	if (options->outliers == GNP_OUTLIERS_KEPT)
+		keep_outliers(state);
 	return status == GNP_OK ? gnp_sheets_settle(cloud, state->outlier, pool, task, state->normals, error) : status;
 }
 

@@ -69,7 +69,7 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 		         gnp_csr_bytes(&value) + gnp_csr_bytes(&poisson->outside) + gnp_stiffness_bytes(&poisson->volumes) +
 		         2 * equation->unknowns * sizeof(double),
 		.solver = gnp_solver_kind(poisson->solver), .normals_estimated = domain->normals_estimated, .patches = domain->patches,
-		.degenerate = domain->degenerate, .model = domain->model};
+		.degenerate = domain->degenerate, .outliers = domain->outliers, .model = domain->model};
 }
 
 static gnp_status check_options(const struct gnp_poisson_options *options, struct gnp_error *error)

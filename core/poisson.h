@@ -45,7 +45,7 @@ struct gnp_poisson_info {
 	size_t bytes;      /* held by the object */
 	int solver;        /* enum gnp_solver_kind: direct or iterative */
 	int normals_estimated;
-	size_t patches, degenerate;
+	size_t patches, degenerate, outliers;
 	const struct gnp_model *model; /* as in struct gnp_estimate */
 };
 struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson);

@@ -36,7 +36,7 @@
 	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")         \
 	X(GNP_MEAN_CURVATURE_STDERR, "mean_curvature_stderr", 0, 1, 1, 1, "standard error of H [1/length]")                   \
 	X(GNP_PRINCIPAL_CURVATURES_STDERR, "principal_curvatures_stderr", 1, 2, 1, 2, "standard errors of k1, k2 [1/length]") \
-	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface (adaptive; gnp with auto or the regime outlier)")                    \
+	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface (adaptive; gnp where it leaves outliers out)")                    \
 	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary")
 
 enum gnp_quantity {

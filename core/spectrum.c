@@ -295,6 +295,8 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 	status = gnp_poisson_prepare(cloud, &screened, pool, task, &poisson, error);
 	if (status == GNP_OK)
 		status = find(poisson, screened.screening, count, tolerance, pool, task, out, error);
+	if (status == GNP_OK)
+		out->surface = gnp_domain_facts(gnp_poisson_domain(poisson));
 	gnp_poisson_release(poisson);
 	return status;
 }

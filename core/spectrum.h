@@ -12,6 +12,7 @@ struct gnp_spectrum {
 	double *vector;    /* (count, points) in the cloud's order, unit length when points weigh by their area; points the filter dropped have the local fit's value */
 	double *residual;  /* (count) ||(sigma - Delta)^-1 v - v / (value + sigma)|| (value + sigma) */
 	size_t solves;
+	struct gnp_domain_facts surface;
 };
 
 /* Whether a cloud of so many points has enough for the count lowest. */

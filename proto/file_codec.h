@@ -18,6 +18,8 @@ typedef gnp_status (*gnp_decode_fn)(const struct gnp_decode *decode, struct gnp_
 gnp_status gnp_ply_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
 gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
 gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
+/* The bytes of the array `parameters` of an answer; none where there is no such array. */
+gnp_status gnp_npz_parameters(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error);
 gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
 gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
 gnp_status gnp_obj_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error);
@@ -97,7 +99,7 @@ gnp_status gnp_row_items(const struct gnp_tensors *tensors, const char *format, 
 gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *format, const struct gnp_tensor **points,
                              struct gnp_error *error);
 
-/* Appends "<prefix>name value\n" for every comment; line ends within become spaces. */
+/* Appends "<prefix>name value\n" for every comment, and one for each warning; line ends within become spaces. */
 gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,
                               struct gnp_error *error);
 

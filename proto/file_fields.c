@@ -9,6 +9,7 @@
 #include "memory.h"
 #include "number.h"
 #include "scalar.h"
+#include "warnings.h"
 
 gnp_status gnp_decode_check_points(const struct gnp_decode *decode, size_t count, struct gnp_error *error)
 {
@@ -362,12 +363,27 @@ static void comment_text(const struct gnp_value *value, char *text, size_t size)
 	}
 }
 
+/* A line each: readers of some formats have no room for all in one. */
+static gnp_status write_warnings(const char *joined, const char *prefix, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	const char *text;
+	size_t length;
+	gnp_status status = GNP_OK;
+	while (status == GNP_OK && gnp_warnings_next(&joined, &text, &length))
+		status = gnp_buffer_printf(buffer, error, "%s" GNP_WARNINGS_NAME " %.*s\n", prefix, (int)length, text);
+	return status;
+}
+
 gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,
                               struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; comments && i < comments->count && status == GNP_OK; i++) {
 		char text[512];
+		if (strcmp(comments->items[i].name, GNP_WARNINGS_NAME) == 0) {
+			status = write_warnings(comments->items[i].string, prefix, buffer, error);
+			continue;
+		}
 		comment_text(&comments->items[i], text, sizeof text);
 		status = gnp_buffer_printf(buffer, error, "%s%s %s\n", prefix, comments->items[i].name, text);
 	}

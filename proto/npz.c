@@ -7,6 +7,7 @@
 
 #include "memory.h"
 #include "npy.h"
+#include "parameters.h"
 
 enum {
 	ENTRIES_MAX = 4096,
@@ -143,6 +144,12 @@ static gnp_status inflate_array(zip_file_t *file, const zip_stat_t *entry, size_
 	return GNP_OK;
 }
 
+/* What an answer says of itself, which is no tensor of it. */
+static bool is_report(const char *name, const struct gnp_npy *npy)
+{
+	return strcmp(name, GNP_PARAMETERS_NAME) == 0 && npy->datatype == GNP_UINT8 && npy->rank == 1;
+}
+
 static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
                              struct gnp_tensors *tensors, struct gnp_error *error)
 {
@@ -151,6 +158,8 @@ static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const ch
 	gnp_status status = head ? read_header(file, head, &npy, error)
 	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for a header");
 	free(head);
+	if (status == GNP_OK && decode->all && is_report(name, &npy))
+		return GNP_OK;
 	if (status == GNP_OK)
 		status = check_array(&npy, entry, name, decode, error);
 	if (status == GNP_OK)
@@ -220,6 +229,46 @@ gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	return status;
 }
 
+/* The bytes of an entry, where it is a report. */
+static gnp_status read_report(zip_t *archive, zip_uint64_t index, struct gnp_buffer *json, struct gnp_error *error)
+{
+	const struct gnp_decode all = {.all = true};
+	unsigned char *head = gnp_array_new(HEADER_MAX, 1), *data = NULL;
+	zip_stat_t entry;
+	struct gnp_npy npy;
+	zip_file_t *file = zip_stat_index(archive, index, 0, &entry) == 0 ? zip_fopen_index(archive, index, 0) : NULL;
+	gnp_status status = head ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for a header");
+	if (status == GNP_OK)
+		status = file ? check_entry(&entry, error) : gnp_error_set(error, status_of(zip_get_error(archive)), "npz: %s", zip_strerror(archive));
+	if (status == GNP_OK)
+		status = read_header(file, head, &npy, error);
+	if (status == GNP_OK && is_report(GNP_PARAMETERS_NAME, &npy)) {
+		status = check_array(&npy, &entry, GNP_PARAMETERS_NAME, &all, error);
+		if (status == GNP_OK)
+			status = inflate_array(file, &entry, npy.bytes, NULL, &data, error);
+		if (status == GNP_OK)
+			*json = (struct gnp_buffer){data, npy.bytes, npy.bytes};
+	}
+	if (file)
+		zip_fclose(file);
+	free(head);
+	return status;
+}
+
+gnp_status gnp_npz_parameters(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error)
+{
+	zip_source_t *source;
+	zip_t *archive;
+	gnp_status status = open_memory(body, size, ZIP_RDONLY, &source, &archive, error);
+	if (status != GNP_OK)
+		return status;
+	zip_int64_t index = zip_name_locate(archive, GNP_PARAMETERS_NAME ".npy", 0);
+	if (index >= 0)
+		status = read_report(archive, (zip_uint64_t)index, json, error);
+	zip_discard(archive);
+	return status;
+}
+
 /* A stored entry with a fixed date, so that the same arrays give the same bytes. */
 static bool add_entry(zip_t *archive, const char *tensor, const struct gnp_buffer *file)
 {
@@ -264,6 +313,21 @@ static gnp_status make_files(const struct gnp_tensors *tensors, struct gnp_buffe
 	return status;
 }
 
+/* The array of what the answer says of itself. */
+static gnp_status make_report(const struct gnp_values *comments, struct gnp_buffer *file, struct gnp_error *error)
+{
+	struct gnp_buffer json = {0};
+	gnp_status status = gnp_parameters_write(comments, &json, error);
+	struct gnp_tensor tensor = {.datatype = GNP_UINT8, .rank = 1, .shape = {json.size}, .data = json.data, .size = json.size};
+	if (status == GNP_OK)
+		status = gnp_npy_write_header(&tensor, file, error);
+	if (status == GNP_OK)
+		status = gnp_buffer_append(file, json.data, json.size, error);
+	gnp_buffer_clear(&json);
+	return status;
+}
+
+/* files: of the tensors, and one of the report, empty where there is none. */
 static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffer *files, const struct gnp_buffer *comment,
                        struct gnp_buffer *buffer, struct gnp_error *error)
 {
@@ -275,6 +339,8 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 	bool made = true;
 	for (size_t i = 0; i < tensors->count && made; i++)
 		made = add_entry(archive, tensors->items[i].name, &files[i]);
+	if (made && files[tensors->count].size)
+		made = add_entry(archive, GNP_PARAMETERS_NAME, &files[tensors->count]);
 	if (made && comment->size && comment->size <= 65535)
 		made = zip_set_archive_comment(archive, (const char *)comment->data, (zip_uint16_t)comment->size) == 0;
 	zip_source_keep(source); /* closing the archive drops its own reference */
@@ -294,15 +360,17 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
-	struct gnp_buffer *files = gnp_array_zero(tensors->count, sizeof *files), comment = {0};
+	struct gnp_buffer *files = gnp_array_zero(tensors->count + 1, sizeof *files), comment = {0}, *report = files + tensors->count;
 	if (!files)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for %zu arrays", tensors->count);
 	gnp_status status = make_files(tensors, files, error);
+	if (status == GNP_OK && comments && comments->count)
+		status = make_report(comments, report, error);
 	if (status == GNP_OK)
 		status = gnp_write_comments(comments, "", &comment, error);
 	if (status == GNP_OK)
 		status = pack(tensors, files, &comment, buffer, error);
-	for (size_t i = 0; i < tensors->count; i++)
+	for (size_t i = 0; i <= tensors->count; i++)
 		gnp_buffer_clear(&files[i]);
 	free(files);
 	gnp_buffer_clear(&comment);

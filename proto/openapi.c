@@ -4,6 +4,7 @@
 #include "file.h"
 #include "number.h"
 #include "operation.h"
+#include "parameters.h"
 
 /* Writes through one object, so that a long run of lines needs one check at its end. */
 struct writer {
@@ -184,6 +185,9 @@ static void put_timeout(struct writer *w)
 	       "schema: {type: string}}\n");
 }
 
+/* Of what an answer says of itself. */
+#define REPORT_HEADERS "headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}, X-Gnpd-Parameters: {$ref: '#/components/headers/Parameters'}}"
+
 static void put_file_operation(struct writer *w, const struct gnp_operation *operation)
 {
 	PUT(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: ", operation->name, operation->name);
@@ -204,7 +208,7 @@ static void put_file_operation(struct writer *w, const struct gnp_operation *ope
 	put_timeout(w);
 	PUT(w, "      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
-	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a comment left_out names those that a format made of rows cannot hold'\n          content:\n");
+	PUT(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a comment left_out names those that a format made of rows cannot hold'\n          " REPORT_HEADERS "\n          content:\n");
 	put_media_types(w, false, "            ");
 	PUT(w, "        default: {$ref: '#/components/responses/Error'}\n");
 }
@@ -223,6 +227,7 @@ static void put_infer_operation(struct writer *w, const struct gnp_operation *op
 	       "          application/json: {schema: {$ref: '#/components/schemas/%s_request'}}\n"
 	       "          application/octet-stream: {schema: {type: string, format: binary}}\n"
 	       "      responses:\n        '200':\n          description: 'the outputs, as JSON or as JSON followed by binary tensors'\n"
+	       "          headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}}\n"
 	       "          content:\n"
 	       "            application/json: {schema: {$ref: '#/components/schemas/response'}}\n"
 	       "            application/octet-stream: {schema: {type: string, format: binary}}\n"
@@ -284,8 +289,8 @@ static void put_job_paths(struct writer *w)
 	       "      summary: 'the answer, as the call itself would have given it'\n      parameters:\n" ID
 	       "        - {name: Range, in: header, description: 'one range of bytes', schema: {type: string}}\n"
 	       "        - {name: If-Range, in: header, schema: {type: string}}\n"
-	       "      responses:\n        '200': {description: 'the answer, with an ETag', content: {'*/*': {}}}\n"
-	       "        '206': {description: 'the part asked for', content: {'*/*': {}}}\n"
+	       "      responses:\n        '200': {description: 'the answer, with an ETag', " REPORT_HEADERS ", content: {'*/*': {}}}\n"
+	       "        '206': {description: 'the part asked for', " REPORT_HEADERS ", content: {'*/*': {}}}\n"
 	       "        '409': {description: 'it is not over yet', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
 	       "        '410': {description: 'it was cancelled, or has expired', content: {application/json: {schema: {$ref: '#/components/schemas/error'}}}}\n"
 	       "        default: {$ref: '#/components/responses/Error'}\n");
@@ -302,7 +307,8 @@ static void put_job_schema(struct writer *w)
 	       "            eta_seconds: {type: number, nullable: true}\n"
 	       "        error: {type: object, properties: {code: {type: string}, text: {type: string}}}\n"
 	       "        result: {type: object, properties: {bytes: {type: integer}, content_type: {type: string}, href: {type: string}, "
-	       "sha256: {type: string}}}\n");
+	       "sha256: {type: string}}}\n"
+	       "        warnings: {type: array, description: 'of a job that succeeded', items: {type: string}}\n");
 }
 
 static void put_request_schema(struct writer *w, const struct gnp_operation *operation)
@@ -413,8 +419,12 @@ gnp_status gnp_openapi_write(struct gnp_buffer *buffer, struct gnp_error *error)
 	put_admin_paths(&w);
 	PUT(&w, "security: [{}, {bearer: []}, {key: []}]\n"
 	        "components:\n  securitySchemes:\n    bearer: {type: http, scheme: bearer, description: 'where the server has keys'}\n"
-	        "    key: {type: apiKey, in: header, name: X-API-Key}\n  responses:\n    Error:\n      description: 'what went wrong'\n      content:\n"
-	        "        application/json: {schema: {$ref: '#/components/schemas/error'}}\n  schemas:\n");
+	        "    key: {type: apiKey, in: header, name: X-API-Key}\n  headers:\n"
+	        "    Warnings: {description: 'how many warnings the answer has', schema: {type: integer, minimum: 0}}\n"
+	        "    Parameters:\n      description: 'what was done, as one line of JSON in ASCII: estimator, weights, weights_sha256, ..., warnings parted by \"; \"'\n"
+	        "      schema: {type: string, maxLength: %d}\n"
+	        "  responses:\n    Error:\n      description: 'what went wrong'\n      content:\n"
+	        "        application/json: {schema: {$ref: '#/components/schemas/error'}}\n  schemas:\n", GNP_PARAMETERS_HEADER_MAX);
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
 		put_request_schema(&w, operation);
 	put_job_schema(&w);

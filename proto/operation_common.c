@@ -6,11 +6,13 @@
 #include <string.h>
 
 #include "memory.h"
+#include "warnings.h"
 
 const char *const gnp_common_estimators[] = {"gnp", "gmls", "adaptive", NULL};
 const char *const gnp_common_covers[] = {"cover", "all", NULL};
 const char *const gnp_common_bases[] = {"tensor", "total", NULL};
 const char *const gnp_common_weights[] = {"quartic", "flat", "linear", NULL};
+const char *const gnp_common_outliers[] = {"auto", "kept", "left_out", NULL};
 
 gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *weights, const char *by_default,
                               const struct gnp_models *models, struct gnp_error *error)
@@ -159,6 +161,15 @@ static gnp_status report_choices(const struct gnp_model *model, const struct gnp
 	return status == GNP_OK && o->estimator == GNP_ESTIMATOR_GMLS ? report_least_squares(o, report, error) : status;
 }
 
+/* The parameter, too, that has a model that is named do what auto did. */
+static gnp_status report_outliers(const struct gnp_common_facts *facts, struct gnp_values *report, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	if (facts->model)
+		status = gnp_values_add_string(report, "outliers", gnp_common_outliers[GNP_OUTLIERS_LEFT_OUT], error);
+	return status == GNP_OK ? gnp_values_add_integer(report, "outliers_left_out", (int64_t)facts->outliers, error) : status;
+}
+
 gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct gnp_estimate_options *options,
                              struct gnp_values *report, struct gnp_error *error)
 {
@@ -169,7 +180,7 @@ gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct 
 		status = gnp_values_add_integer(report, "components", (int64_t)facts->components, error);
 	if (status == GNP_OK && facts->patches)
 		status = gnp_values_add_integer(report, "patches", (int64_t)facts->patches, error);
-	return status;
+	return status == GNP_OK && facts->outliers ? report_outliers(facts, report, error) : status;
 }
 
 static gnp_status report_seconds(const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
@@ -194,19 +205,6 @@ static void warn_of_facts(const struct gnp_common_facts *facts, struct gnp_warni
 		                 facts->components);
 }
 
-static gnp_status write_warnings(const struct gnp_warnings *warnings, struct gnp_values *report, struct gnp_error *error)
-{
-	struct gnp_buffer text = {0};
-	gnp_status status = GNP_OK;
-	for (int kind = 0; kind < GNP_WARNING_KINDS && status == GNP_OK; kind++)
-		if (warnings->text[kind][0])
-			status = gnp_buffer_printf(&text, error, "%s%s", text.size ? "; " : "", warnings->text[kind]);
-	if (status == GNP_OK && text.size)
-		status = gnp_values_add_string(report, "warnings", (const char *)text.data, error);
-	gnp_buffer_clear(&text);
-	return status;
-}
-
 gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
                                  struct gnp_error *error)
 {
@@ -214,5 +212,5 @@ gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const str
 	gnp_warnings_merge(&warnings, gnp_task_warnings(task));
 	warn_of_facts(facts, &warnings);
 	gnp_status status = report_seconds(task, report, error);
-	return status == GNP_OK ? write_warnings(&warnings, report, error) : status;
+	return status == GNP_OK ? gnp_warnings_report(&warnings, report, error) : status;
 }

@@ -17,7 +17,7 @@
 
 /* Words of choices, in the order of the enumerations in estimate.h and estimator.h; NULL-terminated. */
 extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *const gnp_common_bases[],
-	*const gnp_common_weights[];
+	*const gnp_common_weights[], *const gnp_common_outliers[];
 
 /* The first rows of a table of parameters. type: the options struct; core: its struct gnp_estimate_options; text: its model's name,
  * which is `model` by default. */
@@ -34,7 +34,9 @@ extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *c
 	{"degree", GNP_PARAMETER_INTEGER, offsetof(type, core.degree), "3", 1, 7, NULL, "degree of the Legendre basis (gmls)"},          \
 	{"basis", GNP_PARAMETER_CHOICE, offsetof(type, core.basis), "tensor", 0, 0, gnp_common_bases, "tensor or total degree (gmls)"},  \
 	{"weight", GNP_PARAMETER_CHOICE, offsetof(type, core.weight), "quartic", 0, 0, gnp_common_weights,                               \
-	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"}
+	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"},                                                         \
+	{"outliers", GNP_PARAMETER_CHOICE, offsetof(type, core.outliers), "auto", 0, 0, gnp_common_outliers,                             \
+	 "outliers in what the model sees (gnp): kept or left_out; auto: left_out where weights=auto, or a model of the regime outlier"}
 
 #define GNP_COMMON_AUTO "auto"
 
@@ -77,7 +79,7 @@ gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_ten
 struct gnp_common_facts {
 	const struct gnp_model *model;          /* NULL: the estimator uses none */
 	bool normals_estimated;
-	size_t components, patches, degenerate; /* as in struct gnp_estimate; components, patches 0: not counted */
+	size_t components, patches, degenerate, outliers; /* as in struct gnp_estimate; components, patches 0: not counted */
 };
 
 /* The beginning of a report: estimator and its choices, normals, patches. */

@@ -85,7 +85,7 @@ static void write_key(const struct gnp_call *call, const struct gnp_equation_opt
 	const struct gnp_estimate_options *e = &l->domain.estimate;
 	char models[4096];
 	/* Not as text: where memory is exhausted, the C library cannot print so many numbers at once, and says -1. */
-	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, options->filter, l->system, l->degree, l->neighbors,
+	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, e->outliers, options->filter, l->system, l->degree, l->neighbors,
 	                     o->solver, o->mean, o->iterations};
 	const double reals[] = {l->drop, o->screening, o->tolerance};
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;
@@ -169,6 +169,20 @@ gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, d
 
 /* ---- Reports ---- */
 
+struct gnp_common_facts gnp_equation_facts(struct gnp_domain_facts surface)
+{
+	return (struct gnp_common_facts){surface.model, surface.normals_estimated != 0, surface.components, surface.patches, surface.degenerate,
+	                                 surface.outliers};
+}
+
+gnp_status gnp_equation_report_end(struct gnp_domain_facts surface, const struct gnp_task *task, struct gnp_values *report,
+                                   struct gnp_error *error)
+{
+	struct gnp_common_facts facts = gnp_equation_facts(surface);
+	facts.components = 0;
+	return gnp_common_report_end(&facts, task, report, error);
+}
+
 static gnp_status report_numbers(const struct gnp_poisson_info *info, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct {
@@ -185,7 +199,8 @@ static gnp_status report_numbers(const struct gnp_poisson_info *info, struct gnp
 gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found, const struct gnp_equation_options *options,
                                struct gnp_values *report, struct gnp_error *error)
 {
-	const struct gnp_common_facts facts = {.model = info->model, .normals_estimated = info->normals_estimated != 0, .patches = info->patches};
+	const struct gnp_common_facts facts = {.model = info->model, .normals_estimated = info->normals_estimated != 0, .patches = info->patches,
+	                                       .outliers = info->outliers};
 	gnp_status status = gnp_common_report(&facts, &options->core.laplacian.domain.estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "operator_kept", found, error);

@@ -76,6 +76,12 @@ gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *n
 /* An input (n) or (n, r) of the request as numbers (n, *sides); NULL where it is absent. Freed by the caller. */
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error);
 
+/* What is reported of a domain's surface. */
+struct gnp_common_facts gnp_equation_facts(struct gnp_domain_facts surface);
+/* gnp_common_report_end of it. Which way each component is oriented, no equation asks: there is no warning of that. */
+gnp_status gnp_equation_report_end(struct gnp_domain_facts surface, const struct gnp_task *task, struct gnp_values *report,
+                                   struct gnp_error *error);
+
 /* What became of the operator: prepared (whether it was kept), solver, unknowns, components, ..., with the estimator's choices. */
 gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found, const struct gnp_equation_options *options,
                                struct gnp_values *report, struct gnp_error *error);

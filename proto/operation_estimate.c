@@ -113,7 +113,7 @@ static gnp_status add_report(const struct gnp_estimate *estimate, const struct g
                              const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_common_facts facts = {estimate->model, estimate->normals_estimated != 0, estimate->components,
-	                                       estimate->patches, estimate->degenerate};
+	                                       estimate->patches, estimate->degenerate, estimate->outliers};
 	gnp_status status = gnp_common_report(&facts, o, report, error);
 	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }

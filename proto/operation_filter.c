@@ -146,7 +146,7 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
                              struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components, filter->patches,
-	                                       filter->degenerate};
+	                                       filter->degenerate, filter->outliers};
 	warn_of_noise(filter, gnp_task_warnings(task));
 	gnp_status status = gnp_common_report(&facts, &o->estimate, report, error);
 	if (status == GNP_OK)

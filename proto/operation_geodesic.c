@@ -98,17 +98,19 @@ static gnp_status read_sources(const struct gnp_call *call, const struct options
 	return status;
 }
 
-static gnp_status add_report(bool found, size_t sources, const struct options *o, const struct gnp_common_cloud *cloud,
+static gnp_status add_report(const struct gnp_geodesic *geodesic, bool found, size_t sources, const struct options *o,
                              const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
-	const struct gnp_common_facts facts = {.model = estimate->model, .normals_estimated = !cloud->normals, .components = 0};
+	const struct gnp_common_facts facts = gnp_equation_facts(gnp_domain_facts(gnp_geodesic_domain(geodesic)));
 	gnp_status status = gnp_common_report(&facts, estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "operator_kept", found, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "sources", (int64_t)sources, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_equation_report_end(gnp_domain_facts(gnp_geodesic_domain(geodesic)), task, report, error);
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
@@ -132,7 +134,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 		status = gnp_geodesic_distance(gnp_prepared_object(entry), sources, count, pool, task, distance->data, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_report(found, count, o, &cloud, task, &response->parameters, error);
+		status = add_report(gnp_prepared_object(entry), found, count, o, task, &response->parameters, error);
 	free(sources);
 	gnp_prepared_release(entry);
 	gnp_common_cloud_clear(&cloud);

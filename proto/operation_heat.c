@@ -57,11 +57,12 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
                              struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(entry));
-	const struct gnp_common_facts facts = {.normals_estimated = info.normals_estimated != 0};
 	gnp_status status = gnp_equation_report(&info, found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_number(report, "time", o->dt * o->steps, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(entry))), task, report, error);
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

@@ -118,11 +118,11 @@ static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct
 	return status;
 }
 
-static gnp_status add_report(const struct gnp_collocation *c, const struct options *o, const struct gnp_common_cloud *cloud,
+static gnp_status add_report(const struct gnp_collocation *c, struct gnp_domain_facts surface, const struct options *o,
                              const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
-	const struct gnp_common_facts facts = {.model = estimate->model, .normals_estimated = !cloud->normals};
+	const struct gnp_common_facts facts = gnp_equation_facts(surface);
 	gnp_status status = gnp_common_report(&facts, estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "rows", (int64_t)c->rows, error);
@@ -130,7 +130,7 @@ static gnp_status add_report(const struct gnp_collocation *c, const struct optio
 		status = gnp_values_add_integer(report, "unknowns", (int64_t)c->columns, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "reduced_stencils", (int64_t)c->reduced, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
+	return status == GNP_OK ? gnp_equation_report_end(surface, task, report, error) : status;
 }
 
 static unsigned derivatives(uint64_t wanted)
@@ -149,15 +149,16 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter_options filter;
 	struct gnp_collocation made = {0};
+	struct gnp_domain_facts surface;
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
 	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
 	gnp_equation_set_filter(&o.equation, &filter);
 	o.equation.core.laplacian.which = derivatives(o.outputs);
 	if (status == GNP_OK)
-		status = gnp_laplacian_run(&cloud, &o.equation.core.laplacian, pool, task, &made, error);
+		status = gnp_laplacian_run(&cloud, &o.equation.core.laplacian, pool, task, &made, &surface, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_report(&made, &o, &input, task, &response->parameters, error);
+		status = add_report(&made, surface, &o, task, &response->parameters, error);
 	if (status == GNP_OK)
 		status = add_outputs(o.outputs, &made, &response->outputs, error);
 	gnp_collocation_clear(&made);

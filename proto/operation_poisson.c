@@ -179,7 +179,6 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
                              struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
-	const struct gnp_common_facts facts = {.normals_estimated = info.normals_estimated != 0};
 	const struct worst worst = worst_of(work);
 	warn(&worst, work->sides, gnp_task_warnings(task));
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
@@ -191,7 +190,9 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 		status = gnp_values_add_number(report, "residual", worst.residual, error);
 	if (status == GNP_OK && isfinite(worst.energy))
 		status = gnp_values_add_number(report, "energy", worst.energy, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(work->entry))), task, report, error);
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,

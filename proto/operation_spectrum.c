@@ -79,15 +79,15 @@ static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectr
 	return status == GNP_OK && (wanted >> EIGENVECTORS & 1) ? add_vectors(spectrum, to, error) : status;
 }
 
-static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct options *o, const struct gnp_common_cloud *cloud,
-                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
+static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct options *o, const struct gnp_task *task,
+                             struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
-	const struct gnp_common_facts facts = {.model = estimate->model, .normals_estimated = !cloud->normals};
+	const struct gnp_common_facts facts = gnp_equation_facts(spectrum->surface);
 	gnp_status status = gnp_common_report(&facts, estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "solves", (int64_t)spectrum->solves, error);
-	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
+	return status == GNP_OK ? gnp_equation_report_end(spectrum->surface, task, report, error) : status;
 }
 
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
@@ -104,7 +104,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 		status = gnp_spectrum_run(&cloud, &o.equation.core, (size_t)o.count, o.accuracy, pool, task, &spectrum, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_report(&spectrum, &o, &input, task, &response->parameters, error);
+		status = add_report(&spectrum, &o, task, &response->parameters, error);
 	if (status == GNP_OK)
 		status = add_outputs(o.outputs, &spectrum, &response->outputs, error);
 	gnp_spectrum_clear(&spectrum);

@@ -1,9 +1,11 @@
-/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array. */
+/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array; what the answer says of itself
+ * is the field `parameters`, bytes of JSON, since the title has room for a part of it alone. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "file_codec.h"
 #include "memory.h"
+#include "parameters.h"
 #include "scalar.h"
 
 static const char *type_name(const struct gnp_tensor *tensor)
@@ -67,6 +69,17 @@ static gnp_status write_title(const struct gnp_values *comments, struct gnp_buff
 	return status;
 }
 
+static gnp_status write_report(const struct gnp_values *comments, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	struct gnp_buffer json = {0};
+	gnp_status status = gnp_parameters_write(comments, &json, error);
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(buffer, error, "FIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 %zu unsigned_char\n%.*s\n", json.size,
+		                           (int)json.size, (const char *)json.data);
+	gnp_buffer_clear(&json);
+	return status;
+}
+
 static bool is_normals(const struct gnp_tensor *tensor)
 {
 	return strcmp(tensor->name, "normals") == 0 && tensor->rank == 2 && tensor->shape[1] == 3;
@@ -116,6 +129,8 @@ gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	const struct gnp_tensor *points = items[0].tensor;
 	free(items);
 	status = write_title(comments, buffer, error);
+	if (status == GNP_OK && comments && comments->count)
+		status = write_report(comments, buffer, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "POINTS %zu %s\n", points->shape[0], type_name(points));
 	if (status == GNP_OK)

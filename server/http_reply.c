@@ -41,6 +41,8 @@ static bool add_headers(struct MHD_Response *response, const struct gnpd_request
 		added &= MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, reply->content_type) == MHD_YES;
 	for (size_t i = 0; i < reply->header_count; i++)
 		added &= MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value) == MHD_YES;
+	if (reply->parameters.size)
+		added &= MHD_add_response_header(response, "X-Gnpd-Parameters", (const char *)reply->parameters.data) == MHD_YES;
 	if (close)
 		added &= MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close") == MHD_YES;
 	return added;

@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include "json_text.h"
+#include "warnings.h"
 
 /* RFC 3339 in UTC, or null. */
 static gnp_status write_time(const char *name, int64_t time, struct gnp_buffer *buffer, struct gnp_error *error)
@@ -49,6 +50,27 @@ static gnp_status write_result(const struct gnpd_job_record *record, struct gnp_
 	                         record->result_bytes, record->result_type, record->id, record->result_hash);
 }
 
+static gnp_status write_warning(const char *text, size_t length, bool first, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	char copy[GNP_WARNING_TEXT_MAX];
+	snprintf(copy, sizeof copy, "%.*s", (int)length, text);
+	gnp_status status = first ? GNP_OK : gnp_buffer_append(buffer, ",", 1, error);
+	return status == GNP_OK ? gnp_json_write_string(copy, buffer, error) : status;
+}
+
+static gnp_status write_warnings(const struct gnpd_job_record *record, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	const char *joined = record->result_warnings ? record->result_warnings : "", *text;
+	size_t length;
+	bool first = true;
+	gnp_status status = gnp_buffer_printf(buffer, error, ",\"warnings\":[");
+	while (status == GNP_OK && gnp_warnings_next(&joined, &text, &length)) {
+		status = write_warning(text, length, first, buffer, error);
+		first = false;
+	}
+	return status == GNP_OK ? gnp_buffer_append(buffer, "]", 1, error) : status;
+}
+
 gnp_status gnpd_job_write_json(const struct gnpd_job_view *view, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	const struct gnpd_job_record *record = &view->record;
@@ -66,5 +88,7 @@ gnp_status gnpd_job_write_json(const struct gnpd_job_view *view, struct gnp_buff
 		status = write_error(record, buffer, error);
 	if (status == GNP_OK && record->state == GNPD_JOB_SUCCEEDED)
 		status = write_result(record, buffer, error);
+	if (status == GNP_OK && record->state == GNPD_JOB_SUCCEEDED)
+		status = write_warnings(record, buffer, error);
 	return status == GNP_OK ? gnp_buffer_printf(buffer, error, "}") : status;
 }

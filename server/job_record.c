@@ -43,6 +43,8 @@ static const struct member members[] = {
 	{"result_type", TEXT_AT(result_type), false},
 	{"result_inference_length", TEXT_AT(result_inference_length), false},
 	{"result_timing", TEXT_AT(result_timing), false},
+	{"result_warnings", STRING, AT(result_warnings), 0, false},
+	{"result_parameters", STRING, AT(result_parameters), 0, false},
 	{"result_hash", TEXT_AT(result_hash), false},
 };
 enum { MEMBERS = sizeof members / sizeof members[0] };
@@ -84,6 +86,8 @@ void gnpd_job_record_clear(struct gnpd_job_record *record)
 	free(record->content_encoding);
 	free(record->accept);
 	free(record->inference_length);
+	free(record->result_warnings);
+	free(record->result_parameters);
 	memset(record, 0, sizeof *record);
 }
 

@@ -43,6 +43,7 @@ struct gnpd_job_record {
 	char error_text[GNP_ERROR_TEXT];
 	/* The answer, of a job that succeeded: */
 	uint64_t result_bytes;
+	char *result_warnings, *result_parameters; /* its warnings, joined, and the header X-Gnpd-Parameters; owned; NULL: none */
 	char result_type[128], result_inference_length[24], result_timing[256], result_hash[GNP_SHA256_TEXT];
 };
 

@@ -11,6 +11,7 @@
 #include "range.h"
 #include "routes.h"
 #include "server.h"
+#include "warnings.h"
 
 enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
@@ -109,9 +110,10 @@ gnp_status gnpd_jobs_post(struct gnpd_request *request, struct gnp_error *error)
 		return status;
 	struct gnpd_job_view view;
 	gnpd_job_look(job, &view);
-	gnpd_job_release(job);
 	gnpd_reply_header(request, "Location", "/v1/jobs/%s", view.record.id);
-	return reply_view(request, &view, existing ? 200 : 202, error);
+	status = reply_view(request, &view, existing ? 200 : 202, error);
+	gnpd_job_release(job);
+	return status;
 }
 
 /* ---- GET /v1/jobs ---- */
@@ -248,8 +250,9 @@ gnp_status gnpd_jobs_get(struct gnpd_request *request, struct gnp_error *error)
 		return status;
 	gnpd_job_look(job, &view);
 	if (seconds <= 0 || gnpd_job_state_is_final(view.record.state) || atomic_load(&request->server->draining)) {
+		status = reply_view(request, &view, 200, error);
 		gnpd_job_release(job);
-		return reply_view(request, &view, 200, error);
+		return status;
 	}
 	status = gnpd_watch_init(request->server->watchers, &request->watch, GNPD_WATCH_POLL, job, error);
 	if (status != GNP_OK)
@@ -317,6 +320,14 @@ static const char *type_of(const struct gnpd_job_record *record)
 	return type ? type : gnp_format_media_type(GNP_FORMAT_COUNT);
 }
 
+/* The headers that the call's own answer would have had. */
+static gnp_status add_report(struct gnpd_reply *reply, const struct gnpd_job_record *record, struct gnp_error *error)
+{
+	const char *warnings = record->result_warnings ? record->result_warnings : "", *parameters = record->result_parameters;
+	gnpd_reply_add(reply, "X-Gnpd-Warnings", "%zu", gnp_warnings_joined_count(warnings));
+	return parameters ? gnp_buffer_append(&reply->parameters, parameters, strlen(parameters) + 1, error) : GNP_OK;
+}
+
 static gnp_status send_result(struct gnpd_request *request, const struct gnpd_job_view *view, struct gnp_error *error)
 {
 	struct gnpd_reply *reply = &request->reply;
@@ -342,7 +353,9 @@ static gnp_status send_result(struct gnpd_request *request, const struct gnpd_jo
 		gnpd_reply_add(reply, "Inference-Header-Content-Length", "%s", record->result_inference_length);
 	if (*record->result_timing)
 		gnpd_reply_add(reply, "Server-Timing", "%s", record->result_timing);
-	status = choose_part(request, tag, record->result_bytes, error);
+	status = add_report(reply, record, error);
+	if (status == GNP_OK)
+		status = choose_part(request, tag, record->result_bytes, error);
 	if (status == GNP_RANGE) {
 		gnpd_reply_error(request, error);
 		gnpd_reply_add(reply, "Content-Range", "bytes */%zu", (size_t)record->result_bytes);
@@ -361,8 +374,9 @@ gnp_status gnpd_jobs_result(struct gnpd_request *request, struct gnp_error *erro
 	if (status != GNP_OK)
 		return status;
 	gnpd_job_look(job, &view);
+	status = send_result(request, &view, error);
 	gnpd_job_release(job);
-	return send_result(request, &view, error);
+	return status;
 }
 
 /* ---- DELETE /v1/jobs/{id} ---- */

@@ -8,6 +8,7 @@
 #include "clock.h"
 #include "job.h"
 #include "server.h"
+#include "warnings.h"
 
 /* One run of a job. */
 struct run {
@@ -285,6 +286,24 @@ static void hash_pieces(const struct gnp_piece *pieces, size_t count, const void
 	gnp_sha256_text(data, size, count, text);
 }
 
+/* What the answer says of itself; the strings become the record's with it. */
+static gnp_status keep_report(const struct run *run, struct gnpd_job_record *next, struct gnp_error *error)
+{
+	const char *warnings = gnp_warnings_of(&run->work.response.parameters);
+	const struct gnp_buffer *parameters = &run->reply.parameters;
+	next->result_warnings = *warnings ? strdup(warnings) : NULL;
+	next->result_parameters = parameters->size ? strdup((const char *)parameters->data) : NULL;
+	if ((*warnings && !next->result_warnings) || (parameters->size && !next->result_parameters))
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "result: no memory for its parameters");
+	return GNP_OK;
+}
+
+static void drop_report(struct gnpd_job_record *next)
+{
+	free(next->result_warnings);
+	free(next->result_parameters);
+}
+
 /* Writes the answer's body; next: receives what the record says of it. */
 static gnp_status store_result(struct run *run, struct gnpd_job_record *next, struct gnp_error *error)
 {
@@ -323,15 +342,20 @@ done:
 static gnp_status succeed(struct run *run, struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
-	gnp_status status = store_result(run, &next, error);
-	if (status != GNP_OK)
+	gnp_status status = keep_report(run, &next, error);
+	if (status == GNP_OK)
+		status = store_result(run, &next, error);
+	if (status != GNP_OK) {
+		drop_report(&next);
 		return status;
+	}
 	next.state = GNPD_JOB_SUCCEEDED;
 	next.finished = gnpd_clock_now();
 	next.attempts = 0;
 	status = gnpd_job_commit(run->job, &next, error);
 	if (status == GNP_OK)
 		return GNP_OK;
+	drop_report(&next);
 	gnpd_job_let_go(run->job, GNPD_JOB_RESULT_FILE, NULL);
 	return status;
 }

@@ -481,6 +481,9 @@ static void fail(struct gnpd_job_record *record, const char *what)
 	record->error = GNP_STORAGE;
 	record->finished = gnpd_clock_now();
 	record->result_bytes = 0;
+	free(record->result_warnings);
+	free(record->result_parameters);
+	record->result_warnings = record->result_parameters = NULL;
 	record->result_type[0] = record->result_inference_length[0] = record->result_timing[0] = record->result_hash[0] = '\0';
 	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
 }

@@ -45,7 +45,8 @@ size_t gnpd_jobs_list(struct gnpd_jobs *jobs, const struct gnpd_job_filter *filt
 
 /* A job as it is now. */
 struct gnpd_job_view {
-	struct gnpd_job_record record; /* its strings are NULL: nothing is owned */
+	struct gnpd_job_record record; /* nothing of it is owned: what the answer says of itself is the job's, as long as that is held; the other
+	                                  strings are NULL */
 	struct gnpd_job_progress progress;
 	unsigned version;              /* grows with every change of state */
 	bool removed;

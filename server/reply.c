@@ -43,6 +43,7 @@ void gnpd_reply_clear(struct gnpd_reply *reply)
 	if (reply->has_file)
 		close(reply->file);
 	gnp_buffer_clear(&reply->body);
+	gnp_buffer_clear(&reply->parameters);
 	free(reply->tails);
 	memset(reply, 0, sizeof *reply);
 }

@@ -7,6 +7,7 @@
 
 #include "duration.h"
 #include "file.h"
+#include "parameters.h"
 #include "result.h"
 #include "routes.h"
 #include "server.h"
@@ -92,10 +93,19 @@ static gnp_status plan(struct gnpd_work *work, struct gnp_error *error)
 	return gnp_result_check(output->format, &work->call, error);
 }
 
+/* As a header, since some formats have no place for them. */
+static gnp_status add_parameters(struct gnpd_work *work, struct gnp_error *error)
+{
+	struct gnp_buffer *header = &work->reply->parameters;
+	gnp_status status = gnp_parameters_write_short(&work->response.parameters, header, error);
+	return status == GNP_OK && header->size ? gnp_buffer_append(header, "", 1, error) : status;
+}
+
 static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
 	work->reply->content_type = work->output.media_type;
-	return gnp_result_encode(work->output.format, &work->message, &work->response, &work->reply->body, error);
+	gnp_status status = gnp_result_encode(work->output.format, &work->message, &work->response, &work->reply->body, error);
+	return status == GNP_OK ? add_parameters(work, error) : status;
 }
 
 static gnp_status timeout(const struct gnp_value *value, double *seconds, struct gnp_error *error)

@@ -8,6 +8,7 @@
 #include "oip.h"
 #include "server.h"
 #include "target.h"
+#include "warnings.h"
 
 /* No deflate stream expands more than 1032 times. */
 enum { EXPANSION_MAX = 1032 };
@@ -226,6 +227,7 @@ gnp_status gnpd_work_finish(struct gnpd_work *work, struct gnp_error *error)
 	if (status == GNP_OK) {
 		work->reply->code = 200;
 		add_timing(work);
+		gnpd_reply_add(work->reply, "X-Gnpd-Warnings", "%zu", gnp_warnings_joined_count(gnp_warnings_of(&work->response.parameters)));
 	}
 	return status;
 }

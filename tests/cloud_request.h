@@ -5,7 +5,7 @@
 #include "operation.h"
 #include "test.h"
 
-static void set_value(struct gnp_tensor *tensor, size_t i, double value)
+static inline void set_value(struct gnp_tensor *tensor, size_t i, double value)
 {
 	if (tensor->datatype == GNP_FP64)
 		((double *)tensor->data)[i] = value;
@@ -14,7 +14,7 @@ static void set_value(struct gnp_tensor *tensor, size_t i, double value)
 }
 
 /* `count` points of the sphere and `far` at twice its radius. */
-static void add_sphere(struct gnp_request *request, enum gnp_datatype datatype, size_t count, size_t far)
+static inline void add_sphere(struct gnp_request *request, enum gnp_datatype datatype, size_t count, size_t far)
 {
 	size_t shape[] = {count + far, 3};
 	struct gnp_tensor *tensor;
@@ -29,7 +29,7 @@ static void add_sphere(struct gnp_request *request, enum gnp_datatype datatype, 
 }
 
 /* "name=value name=value" as a query gives them. */
-static void set_parameters(struct gnp_request *request, const char *text)
+static inline void set_parameters(struct gnp_request *request, const char *text)
 {
 	char copy[256], *rest = NULL;
 	snprintf(copy, sizeof copy, "%s", text);
@@ -41,7 +41,7 @@ static void set_parameters(struct gnp_request *request, const char *text)
 }
 
 /* Prepares and runs. The request stays the caller's. */
-static gnp_status run_request(const char *operation, const struct gnp_request *request, struct gnp_response *response,
+static inline gnp_status run_request(const char *operation, const struct gnp_request *request, struct gnp_response *response,
                               struct gnp_error *error)
 {
 	struct gnp_pool *pool = NULL;
@@ -55,7 +55,7 @@ static gnp_status run_request(const char *operation, const struct gnp_request *r
 }
 
 /* The same, which must succeed. */
-static void run_well(const char *operation, const struct gnp_request *request, struct gnp_response *response)
+static inline void run_well(const char *operation, const struct gnp_request *request, struct gnp_response *response)
 {
 	struct gnp_error error = {0};
 	CHECK(run_request(operation, request, response, &error) == GNP_OK);
@@ -63,7 +63,7 @@ static void run_well(const char *operation, const struct gnp_request *request, s
 }
 
 /* An output with its type and shape checked; columns 0: rank 1. */
-static const struct gnp_tensor *output(const struct gnp_response *response, const char *name, enum gnp_datatype datatype, size_t rows,
+static inline const struct gnp_tensor *output(const struct gnp_response *response, const char *name, enum gnp_datatype datatype, size_t rows,
                                        size_t columns)
 {
 	const struct gnp_tensor *tensor = gnp_tensors_find(&response->outputs, name);
@@ -74,7 +74,7 @@ static const struct gnp_tensor *output(const struct gnp_response *response, cons
 	return good ? tensor : NULL;
 }
 
-static double number(const struct gnp_response *response, const char *name)
+static inline double number(const struct gnp_response *response, const char *name)
 {
 	const struct gnp_value *value = gnp_values_find(&response->parameters, name);
 	if (!value)
@@ -82,7 +82,7 @@ static double number(const struct gnp_response *response, const char *name)
 	return !value ? NAN : value->type == GNP_VALUE_INTEGER ? (double)value->integer : value->number;
 }
 
-static const char *text(const struct gnp_response *response, const char *name)
+static inline const char *text(const struct gnp_response *response, const char *name)
 {
 	const struct gnp_value *value = gnp_values_find(&response->parameters, name);
 	return value && value->type == GNP_VALUE_STRING ? value->string : "";

@@ -2,6 +2,7 @@
 """The other side of test_npy: numpy writes what our decoder reads (`write DIR`) and reads what our encoder wrote (`read DIR`).
 
 The arrays are a[i, j, ...] = 7 * flat index - 40, or the flat index modulo 2 for booleans, in row-major order."""
+import json
 import sys
 
 import numpy as np
@@ -37,7 +38,8 @@ def write(folder):
 
 def read(folder):
     with np.load(folder + "/ours.npz") as archive:
-        assert sorted(archive.files) == ["flags", "metric", "points"], archive.files
+        assert sorted(archive.files) == ["flags", "metric", "parameters", "points"], archive.files
+        assert json.loads(bytes(archive["parameters"])) == {"estimator": "gmls"}
         assert archive["points"].dtype == np.dtype("<f4") and archive["points"].shape == (2, 3)
         assert np.array_equal(archive["points"], np.arange(6, dtype="f4").reshape(2, 3))
         assert archive["metric"].shape == (2, 2, 2) and archive["metric"].dtype == np.dtype("<f8")

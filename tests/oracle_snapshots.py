@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """oracle_snapshots.py RUN.npz POINTS STEPS EVERY: checks with numpy what a flow of POINTS points that keeps them all wrote.
 Exits with 77 where there is no numpy."""
+import json
 import sys
 
 try:
@@ -15,8 +16,10 @@ shapes = {"points": (points, 3), "normals": (points, 3), "mean_curvature": (poin
           "snapshot_start": (count + 1,), "snapshot_step": (count,), "snapshot_time": (count,),
           "snapshot_points": (count * points, 3), "snapshot_normals": (count * points, 3),
           "snapshot_mean_curvature": (count * points,)}
-assert {name: run[name].shape for name in run.files} == shapes, {name: run[name].shape for name in run.files}
-types = {name: run[name].dtype.str for name in run.files}
+arrays = [name for name in run.files if name != "parameters"]
+assert {name: run[name].shape for name in arrays} == shapes, {name: run[name].shape for name in arrays}
+assert json.loads(bytes(run["parameters"]))["steps"] == steps
+types = {name: run[name].dtype.str for name in arrays}
 geometry = types["points"]
 assert geometry in ("<f4", "<f8")
 for name, kind in types.items():

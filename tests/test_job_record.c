@@ -16,6 +16,8 @@ static struct gnpd_job_record sample(void)
 	record.query = strdup("k=40&x=%20\ny");
 	record.content_encoding = strdup("");
 	strcpy(record.result_type, "application/ply");
+	record.result_warnings = strdup("mean: removed; heat: 3 % more");
+	record.result_parameters = strdup("{\"k\":30}");
 	memset(record.result_hash, 'b', 64);
 	return record;
 }
@@ -37,6 +39,8 @@ static void what_is_written_is_read(void)
 	CHECK_STRING(read.key, record.key);
 	CHECK_STRING(read.query, record.query);
 	CHECK_STRING(read.content_encoding, "");
+	CHECK_STRING(read.result_warnings, record.result_warnings);
+	CHECK_STRING(read.result_parameters, record.result_parameters);
 	CHECK(!read.content_type && !read.accept && !read.inference_length);
 	CHECK(read.state == record.state && read.attempts == 2 && read.body_bytes == 36123 && read.result_bytes == UINT64_MAX);
 	CHECK(read.created == record.created && read.started == record.started && read.finished == record.finished);

@@ -19,7 +19,7 @@ static struct gnp_collocation matrices_of(const struct gnp_sample *sample, const
 	const struct gnp_cloud cloud = {sample->count, sample->points, sample->normals};
 	struct gnp_collocation made = {.rows = 0};
 	struct gnp_error error = {0};
-	if (gnp_laplacian_run(&cloud, options, pool, NULL, &made, &error) != GNP_OK) {
+	if (gnp_laplacian_run(&cloud, options, pool, NULL, &made, NULL, &error) != GNP_OK) {
 		fprintf(stderr, "%s\n", error.text);
 		CHECK(!"the matrices were made");
 	}
@@ -178,7 +178,7 @@ static void any_number_of_workers_gives_the_same_bytes(void)
 	for (unsigned workers = 1; workers <= 3; workers += 2) {
 		struct gnp_pool *some;
 		CHECK(gnp_pool_create(workers, &some, NULL) == GNP_OK);
-		CHECK(gnp_laplacian_run(&cloud, &options, some, NULL, &again, NULL) == GNP_OK);
+		CHECK(gnp_laplacian_run(&cloud, &options, some, NULL, &again, NULL, NULL) == GNP_OK);
 		CHECK(memcmp(first.column, again.column, first.row_offsets[first.rows] * sizeof *first.column) == 0);
 		for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
 			CHECK(memcmp(first.value[d], again.value[d], first.row_offsets[first.rows] * sizeof(double)) == 0);
@@ -193,7 +193,7 @@ static void refuse(const struct gnp_cloud *cloud, const struct gnp_laplacian_opt
 {
 	struct gnp_collocation made = {.rows = 0};
 	struct gnp_error error = {0};
-	CHECK(gnp_laplacian_run(cloud, options, pool, NULL, &made, &error) == status);
+	CHECK(gnp_laplacian_run(cloud, options, pool, NULL, &made, NULL, &error) == status);
 	CHECK_CONTAINS(error.text, text);
 	CHECK(!made.row_offsets);
 }

@@ -279,7 +279,8 @@ static void vtk_is_big_endian(void)
 	struct gnp_buffer file = {0};
 	make_tensors(&tensors);
 	const char *text = encode(GNP_FORMAT_VTK, &tensors, &file);
-	const char *head = "# vtk DataFile Version 3.0\nk 30,gnpd\nBINARY\nDATASET POLYDATA\nPOINTS 2 float\n";
+	const char *head = "# vtk DataFile Version 3.0\nk 30,gnpd\nBINARY\nDATASET POLYDATA\n"
+	                   "FIELD FieldData 1\nparameters 1 8 unsigned_char\n{\"k\":30}\nPOINTS 2 float\n";
 	CHECK(memcmp(text, head, strlen(head)) == 0);
 	CHECK(memcmp(text + strlen(head), "\x3f\x80\0\0\x40\0\0\0\x40\x40\0\0\x40\x80\0\0\x40\xa0\0\0\x40\xc0\0\0\nVERTICES 2 4\n"
 	                                  "\0\0\0\1\0\0\0\0\0\0\0\1\0\0\0\1\nPOINT_DATA 2\nNORMALS normals float\n", 24 + 14 + 17 + 36) == 0);

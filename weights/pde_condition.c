@@ -46,7 +46,7 @@ gnp_status gnp_pde_condition(const struct gnp_cloud *cloud, const struct gnp_poi
 	struct gnp_spectrum spectrum;
 	double high = 0;
 	laplacian.which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN);
-	gnp_status status = gnp_laplacian_run(cloud, &laplacian, pool, task, &made, error);
+	gnp_status status = gnp_laplacian_run(cloud, &laplacian, pool, task, &made, NULL, error);
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_csr matrix = gnp_collocation_view(&made, GNP_DERIVATIVE_LAPLACIAN);
