@@ -1,5 +1,6 @@
 #include "domain.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -128,6 +129,11 @@ gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domai
 	else
 		gnp_domain_clear(&domain);
 	return status;
+}
+
+bool gnp_domain_is_closed(const struct gnp_domain *domain)
+{
+	return (double)domain->open <= sqrt((double)domain->prepared.count);
 }
 
 /* Points at one place have one place on the curve: they are next to each other. */
