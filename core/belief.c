@@ -6,9 +6,8 @@
 #include "random.h"
 #include "vector.h"
 
-/* Clouds that resolve their surface have none of the first three, or one in thousands where they are rough. */
-static const double jumps_most = 5e-4;   /* of all edges */
-static const double rows_most = 2.5e-3;  /* of all rows */
+static const double jumps_most = 5e-4;   /* of all edges: none where normals are right */
+static const double rows_most = 2.5e-3;  /* of all rows: none where the surface is resolved, 1e-3 where it is rough */
 static const double reduced_most = 0.05; /* of all rows: in lattices some neighbours lie on one conic */
 enum { FEWEST = 3, OUTWEIGHED = 5 };     /* so many at least, by chance there are one or two; others to its own weight: 1.1 to 2.5 where resolved */
 

@@ -7,7 +7,7 @@
 #include "memory.h"
 
 static const double below_zero_most = 1e-3, imaginary_most = 0.1; /* of the value and the shift */
-static const double quotient_least = 0.6, quotient_most = 1.4;    /* resolved ones have 0.9 to 1.1, down to 0.7 where a wave has a few points */
+static const double quotient_least = 0.7, quotient_most = 1.4;    /* 0.94 to 1.05 where resolved, also of waves a few points long */
 
 /* Of the second discretisation: vector's energy over its square. spare: (domain's points). */
 static double rayleigh(const struct gnp_poisson *poisson, const double *vector, double *spare)
