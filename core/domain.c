@@ -157,6 +157,11 @@ gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domai
 	return status;
 }
 
+bool gnp_domain_is_closed(const struct gnp_domain *domain)
+{
+	return (double)domain->open <= sqrt((double)domain->prepared.count);
+}
+
 /* Points at one place have one place on the curve: they are next to each other. */
 gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error)
 {

@@ -1,6 +1,6 @@
 #include "energy.h"
 
-static double stored(const struct gnp_stiffness *s, const double *u)
+double gnp_energy_stored(const struct gnp_stiffness *s, const double *u)
 {
 	double sum = 0;
 	for (size_t i = 0; i < s->count; i++)
@@ -11,14 +11,14 @@ static double stored(const struct gnp_stiffness *s, const double *u)
 	return sum;
 }
 
-double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha)
+double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha, bool held)
 {
-	double whole = 0, mean = 0, supplied = 0, energy = stored(stiffness, u);
+	double whole = 0, mean = 0, supplied = 0, energy = gnp_energy_stored(stiffness, u);
 	for (size_t i = 0; i < stiffness->count; i++) {
 		whole += area[i];
 		mean += area[i] * u[i];
 	}
-	mean /= whole;
+	mean = held ? 0 : mean / whole;
 	for (size_t i = 0; i < stiffness->count; i++)
 		supplied += area[i] * (u[i] - mean) * (f[i] - alpha * u[i]);
 	return energy == supplied ? 1 : energy / supplied;

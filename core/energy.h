@@ -4,13 +4,18 @@
 #ifndef GNP_CORE_ENERGY_H
 #define GNP_CORE_ENERGY_H
 
+#include <stdbool.h>
+
 #include "diffusion.h"
 
 /* Beyond these a solution is not to be believed: resolved ones have 0.9 to 1.1, as finite volumes miss some of the energy of rough ones. */
 #define GNP_ENERGY_LEAST 0.5
 #define GNP_ENERGY_MOST 1.5
 
-/* area, u, f (stiffness->count): of closed surfaces without given values. 1 where u is constant. */
-double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha);
+/* u^T S u: the integral of |grad u|^2. */
+double gnp_energy_stored(const struct gnp_stiffness *stiffness, const double *u);
+/* area, u, f (stiffness->count). Boundaries are taken to let nothing through. held: u is given somewhere, and zero there; else its mean, which no
+ * derivative sees, is left out. 1 where u is constant. */
+double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha, bool held);
 
 #endif

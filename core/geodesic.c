@@ -4,8 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "equation_check.h"
 #include "collocation.h"
 #include "components.h"
+#include "geodesic_check.h"
 #include "lu.h"
 #include "memory.h"
 #include "volume.h"
@@ -118,12 +120,16 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 		.degree = 2, .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_X) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Y) |
 		                      GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Z)};
 	gnp_status status = gnp_domain_make(cloud, options, pool, task, &geodesic->domain, error);
+	if (status == GNP_OK)
+		status = gnp_domain_check_distinct(&geodesic->domain, error);
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, 0);
 	if (status == GNP_OK)
 		status = gnp_volume_stiffness(&geodesic->domain.prepared, pool, task, &geodesic->stiffness, error);
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
 	if (status == GNP_OK) {
+		gnp_belief_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
+		gnp_belief_sheets(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
 		geodesic->time = flow_time(&geodesic->domain);
 		status = make_factors(geodesic, pool, task, error);
 	}
@@ -239,7 +245,7 @@ static void sum_flux(struct flow *flow)
 	}
 }
 
-/* Each part's distances are zero at its sources, and nowhere less. */
+/* Each part's distances are zero at its sources, and nowhere less. Leaves them in flow->u, too. */
 static void write_distances(const struct flow *flow, double *distance)
 {
 	const struct gnp_geodesic *geodesic = flow->geodesic;
@@ -252,9 +258,12 @@ static void write_distances(const struct flow *flow, double *distance)
 			least[geodesic->components.label[i]] = fmin(least[geodesic->components.label[i]], flow->flux[i]);
 	for (size_t i = 0; i < geodesic->domain.cloud_count; i++)
 		distance[i] = INFINITY;
-	for (size_t i = 0; i < n; i++)
+	for (size_t i = 0; i < n; i++) {
+		flow->u[i] = INFINITY;
 		if (is_reached(flow, i))
-			distance[geodesic->domain.prepared.order[i]] = flow->source[i] ? 0 : fmax(0, flow->flux[i] - least[geodesic->components.label[i]]);
+			flow->u[i] = flow->source[i] ? 0 : fmax(0, flow->flux[i] - least[geodesic->components.label[i]]);
+		distance[geodesic->domain.prepared.order[i]] = flow->u[i];
+	}
 }
 
 static gnp_status check_sources(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count, struct gnp_error *error)
@@ -293,8 +302,10 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 		sum_flux(&flow);
 		status = gnp_lu_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
 	}
-	if (status == GNP_OK)
+	if (status == GNP_OK) {
 		write_distances(&flow, distance);
+		status = gnp_geodesic_check(&geodesic->domain.prepared, &geodesic->stiffness, flow.source, flow.u, pool, task, error);
+	}
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	free(block);
 	free(marks);

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "equation_check.h"
 #include "farthest.h"
 #include "memory.h"
 #include "taylor.h"
@@ -70,6 +71,8 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	}
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&domain->prepared, &rule, pool, task, out, error);
+	if (status == GNP_OK)
+		gnp_belief_stencils(out, rule.degree, gnp_task_warnings(task));
 	free(keep);
 	return status;
 }
@@ -84,7 +87,11 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 		status = gnp_domain_make(cloud, &options->domain, pool, task, &domain, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
+	status = gnp_domain_check_distinct(&domain, error);
+	if (status == GNP_OK)
+		status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
+	if (status == GNP_OK)
+		gnp_belief_rows(&made, domain.open, gnp_task_warnings(task));
 	if (status == GNP_OK)
 		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);

@@ -25,7 +25,8 @@ unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options);
 size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 
 /* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
- * dropped. Deterministic for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL. */
+ * dropped, or points coincide. Deterministic for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is
+ * warned of rows that no Laplacian has (equation_check.h). */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error);
 

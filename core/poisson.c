@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "equation_check.h"
 #include "energy.h"
 #include "interpolation.h"
 #include "memory.h"
@@ -21,7 +22,7 @@ struct gnp_poisson {
 	struct gnp_csr outside;       /* (dropped, points) values at points the filter dropped from those at the others */
 	double *response;   /* (unknowns) the solution for f = 1; NULL where nothing is free, and of least squares */
 	double *weight;     /* (unknowns) of the mean */
-	struct gnp_stiffness volumes; /* over all points: what energies are told by; empty where they are not */
+	struct gnp_stiffness volumes; /* over all points: what energies are told by */
 	struct gnp_krylov_options krylov;
 };
 
@@ -55,6 +56,11 @@ void gnp_poisson_release(struct gnp_poisson *poisson)
 const struct gnp_domain *gnp_poisson_domain(const struct gnp_poisson *poisson)
 {
 	return &poisson->domain;
+}
+
+const struct gnp_stiffness *gnp_poisson_volumes(const struct gnp_poisson *poisson)
+{
+	return &poisson->volumes;
 }
 
 struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
@@ -155,10 +161,30 @@ static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, st
 	return status;
 }
 
-/* A boundary has at least as many points; single open cells are those of noisy or coarse clouds. */
-static bool is_closed(const struct gnp_domain *domain)
+/* Solves for random right-hand sides, nothing given but zeros. Iterations, which take longer than preparing does, have one and stop early; where they
+ * do not converge, whoever asks for a solution is told. */
+static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
-	return (double)domain->open <= sqrt((double)domain->prepared.count);
+	enum { SIDES = 4, ITERATIONS = 50 };
+	bool direct = gnp_solver_kind(poisson->solver) == GNP_SOLVER_DIRECT;
+	size_t sides = direct ? SIDES : 1, entries = poisson->domain.cloud_count * sides;
+	const struct gnp_krylov_options wanted = poisson->krylov;
+	struct gnp_poisson_report reports[SIDES] = {{.energy = 1}};
+	double energy[SIDES], *source = gnp_array_new(entries, 3 * sizeof *source);
+	if (!source)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu numbers", 3 * entries);
+	gnp_belief_draw(entries, source);
+	memset(source + entries, 0, entries * sizeof *source);
+	poisson->krylov = (struct gnp_krylov_options){.tolerance = fmax(wanted.tolerance, 1e-3), .iterations = ITERATIONS};
+	struct gnp_error own = {0};
+	gnp_status status = gnp_poisson_solve(poisson, source, source + entries, sides, pool, task, source + 2 * entries, reports, &own);
+	poisson->krylov = wanted;
+	free(source);
+	for (size_t r = 0; r < sides; r++)
+		energy[r] = reports[r].energy;
+	if (status == GNP_OK)
+		gnp_belief_operator(energy, sides, &poisson->domain, gnp_task_warnings(task));
+	return status == GNP_OK || (status == GNP_NO_CONVERGENCE && !direct) ? GNP_OK : gnp_error_set(error, status, "%s", own.text);
 }
 
 static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
@@ -180,13 +206,17 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 		                                gnp_laplacian_degree(&options->laplacian), pool, task, &poisson->outside, error);
 	if (status == GNP_OK)
 		status = weigh(poisson, options->mean, error);
-	if (status == GNP_OK && !poisson->equation.given && is_closed(&poisson->domain))
+	if (status == GNP_OK)
 		status = gnp_volume_stiffness(&poisson->domain.prepared, pool, task, &poisson->volumes, error);
 	if (status == GNP_OK)
 		status = gnp_solver_create(&poisson->equation, &poisson->domain, options->solver, options->memory_limit, pool, task,
 		                           &poisson->solver, error);
 	if (status == GNP_OK)
 		status = respond(poisson, pool, task, error);
+	if (status == GNP_OK) {
+		gnp_belief_sheets(&poisson->domain.prepared, &poisson->volumes, gnp_task_warnings(task));
+		status = check_operator(poisson, pool, task, error);
+	}
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	return status;
 }
@@ -393,6 +423,17 @@ static gnp_status take_power_back(const struct gnp_poisson *poisson, size_t colu
 	return GNP_OK;
 }
 
+/* values (rows): the solution, at given points what is given. */
+static double energy_of(const struct side *side, const double *values)
+{
+	const struct gnp_poisson *poisson = side->poisson;
+	const struct gnp_equation *equation = &poisson->equation;
+	for (size_t c = 0; equation->given && c < equation->unknowns; c++)
+		if (equation->given[c] && side->b[equation->kept[c]] != 0)
+			return NAN;
+	return gnp_energy_quotient(&poisson->volumes, poisson->domain.area, values, side->b, equation->alpha, equation->given != NULL);
+}
+
 static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count, const int *exponent,
                                struct gnp_pool *pool, struct gnp_task *task, const struct gnp_krylov_report *solved, double *solution,
                                struct gnp_poisson_report *reports, struct gnp_error *error)
@@ -410,10 +451,11 @@ static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, dou
 			status = measure_misfit(&side, pool, spare, &report, error);
 		if (status == GNP_OK)
 			status = write_solution(&side, r, count, pool, spare, solution, error);
-		report.energy = poisson->volumes.count ? gnp_energy_quotient(&poisson->volumes, poisson->domain.area, spare, side.b, equation->alpha) : NAN;
+		if (status == GNP_OK)
+			report.energy = energy_of(&side, spare);
 		if (status == GNP_OK)
 			status = take_power_back(poisson, r, count, exponent[r], solution, &report, error);
-		if (reports)
+		if (status == GNP_OK && reports)
 			reports[r] = report;
 	}
 	free(spare);

@@ -5,6 +5,7 @@
 #ifndef GNP_CORE_POISSON_H
 #define GNP_CORE_POISSON_H
 
+#include "diffusion.h"
 #include "laplacian.h"
 #include "solver.h"
 
@@ -28,7 +29,8 @@ struct gnp_poisson_options gnp_poisson_defaults(void);
 struct gnp_poisson; /* opaque */
 
 /* The caller holds one reference. GNP_INVALID_ARGUMENT, GNP_DEGENERATE, GNP_SINGULAR, GNP_TOO_LARGE with the estimate of the
- * memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
+ * memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of an operator that is not to be
+ * believed (equation_check.h). */
 gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
                                struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error);
 struct gnp_poisson *gnp_poisson_retain(struct gnp_poisson *poisson);
@@ -50,6 +52,7 @@ struct gnp_poisson_info {
 };
 struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson);
 const struct gnp_domain *gnp_poisson_domain(const struct gnp_poisson *poisson);
+const struct gnp_stiffness *gnp_poisson_volumes(const struct gnp_poisson *poisson); /* over the domain's points */
 
 /* What became of one right-hand side. */
 struct gnp_poisson_report {
@@ -58,12 +61,12 @@ struct gnp_poisson_report {
 	double mean;          /* the constant taken off f, the largest over components */
 	int mean_removed;     /* 1 where that is more than discretisation explains (1e-3 of f's root mean square): f had no zero mean */
 	size_t iterations;    /* 1 or 2 (refined) when direct */
-	double energy;        /* of u over what f explains (energy.h); NaN where boundaries are open or values given, which it does not know of */
+	double energy;        /* of u over what f explains (energy.h); NaN where values other than zero are given */
 };
 
 /* Solves for count right-hand sides f: source (n, count), solution (n, count) out, in the cloud's order; values (n, count) are read
  * where u is fixed, may be NULL when nothing is. reports (count) out, may be NULL. Points without an unknown get the value of the local
- * fit. GNP_INVALID_ARGUMENT for numbers that are not finite, GNP_NO_CONVERGENCE. On failure solution is undefined. task may be NULL. */
+ * fit. GNP_INVALID_ARGUMENT for numbers that are not finite, GNP_NO_CONVERGENCE, also where solutions are not. On failure solution is undefined. task may be NULL. */
 gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values, size_t count,
                              struct gnp_pool *pool, struct gnp_task *task, double *solution, struct gnp_poisson_report *reports,
                              struct gnp_error *error);

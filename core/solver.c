@@ -1,6 +1,5 @@
 #include "solver.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -234,17 +233,6 @@ static gnp_status iterate_least_squares(const struct gnp_solver *solver, const d
 	return status;
 }
 
-/* Of the largest number; 0 where all are 0. */
-static int exponent_of(const double *b, size_t rows)
-{
-	double largest = 0;
-	int exponent;
-	for (size_t i = 0; i < rows; i++)
-		largest = fmax(largest, fabs(b[i]));
-	frexp(largest, &exponent);
-	return exponent;
-}
-
 static gnp_status iterate(const struct gnp_solver *solver, const double *b, const struct gnp_krylov_options *options, struct gnp_pool *pool,
                           struct gnp_task *task, double *x, struct gnp_krylov_report *report, struct gnp_error *error)
 {
@@ -329,25 +317,6 @@ static gnp_status solve_directly(const struct gnp_solver *solver, const double *
 	return status;
 }
 
-/* The right-hand side is brought to about 1 by a power of two, which changes no digit: squares of its own numbers may leave the range of doubles. */
-static gnp_status iterate_scaled(const struct gnp_solver *solver, const double *b, const struct gnp_krylov_options *options,
-                                 struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
-                                 struct gnp_error *error)
-{
-	size_t rows = solver->equation->rows, n = solver->equation->unknowns;
-	int exponent = exponent_of(b, rows);
-	double *scaled = gnp_array_new(rows, sizeof *scaled);
-	if (!scaled)
-		return gnp_no_memory("solve", rows, "rows", error);
-	for (size_t i = 0; i < rows; i++)
-		scaled[i] = ldexp(b[i], -exponent);
-	gnp_status status = iterate(solver, scaled, options, pool, task, x, report, error);
-	for (size_t i = 0; i < n && (status == GNP_OK || status == GNP_NO_CONVERGENCE); i++)
-		x[i] = ldexp(x[i], exponent);
-	free(scaled);
-	return status;
-}
-
 gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, size_t count, const struct gnp_krylov_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
                             struct gnp_error *error)
@@ -357,6 +326,6 @@ gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, si
 		return solve_directly(solver, b, count, pool, task, x, report, error);
 	gnp_status status = GNP_OK;
 	for (size_t r = 0; r < count && status == GNP_OK; r++)
-		status = iterate_scaled(solver, b + r * equation->rows, options, pool, task, x + r * equation->unknowns, &report[r], error);
+		status = iterate(solver, b + r * equation->rows, options, pool, task, x + r * equation->unknowns, &report[r], error);
 	return status;
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "linalg.h"
+#include "spectrum_check.h"
 #include "memory.h"
 #include "random.h"
 #include "vectors.h"
@@ -281,6 +282,7 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 {
 	struct gnp_poisson_options screened = *options;
 	struct gnp_poisson *poisson = NULL;
+	struct gnp_spectrum spectrum = {.count = 0};
 	gnp_status status = gnp_spectrum_check(count, cloud->count, error);
 	if (status != GNP_OK)
 		return status;
@@ -294,9 +296,15 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 	screened.fixed = NULL;
 	status = gnp_poisson_prepare(cloud, &screened, pool, task, &poisson, error);
 	if (status == GNP_OK)
-		status = find(poisson, screened.screening, count, tolerance, pool, task, out, error);
+		status = find(poisson, screened.screening, count, tolerance, pool, task, &spectrum, error);
 	if (status == GNP_OK)
-		out->surface = gnp_domain_facts(gnp_poisson_domain(poisson));
+		status = gnp_spectrum_believe(&spectrum, poisson, screened.screening, gnp_task_warnings(task), error);
+	if (status == GNP_OK)
+		spectrum.surface = gnp_domain_facts(gnp_poisson_domain(poisson));
+	if (status == GNP_OK)
+		*out = spectrum;
+	else
+		gnp_spectrum_clear(&spectrum);
 	gnp_poisson_release(poisson);
 	return status;
 }

@@ -16,12 +16,15 @@
 	X(GNP_WARNING_NORMALS, "normals", "estimated normals contradict the plane of a wider neighbourhood")                         \
 	X(GNP_WARNING_DEGENERATE, "neighbourhoods", "neighbourhoods too poor for the basis: a lower degree was used there")         \
 	X(GNP_WARNING_COMPONENTS, "components", "normals were estimated, and separate components oriented each by itself")          \
+	X(GNP_WARNING_STENCILS, "stencils", "rows of a matrix that no Laplacian has")                                                 \
+	X(GNP_WARNING_SHEETS, "sheets", "cells join points of sheets that face the same way")                                        \
+	X(GNP_WARNING_OPERATOR, "operator", "a prepared operator that a second discretisation does not confirm")                      \
 	X(GNP_WARNING_FLOW, "flow", "the flow ended before its steps were done")                                                     \
 	X(GNP_WARNING_MEAN, "mean", "right-hand sides had a mean, which was removed")                                                \
 	X(GNP_WARNING_ENERGY, "energy", "a solution that a second discretisation does not confirm")                                  \
 	X(GNP_WARNING_EIGENVALUES, "eigenvalues", "negative or complex eigenvalues, or such as a second discretisation does not have") \
-	X(GNP_WARNING_HEAT, "heat", "heat beyond the range of what it began with")                                                   \
-	X(GNP_WARNING_DISTANCE, "distance", "distances shorter than the straight line")
+	X(GNP_WARNING_HEAT, "heat", "heat beyond the range of what it began with, or more or less of it in all")                                                   \
+	X(GNP_WARNING_DISTANCE, "distance", "distances shorter than the straight line, or longer than a path over neighbours")
 
 enum gnp_warning_kind {
 #define GNP_WARNING_ENUM(id, name, help) id,

@@ -165,14 +165,15 @@ static struct worst worst_of(const struct work *work)
 	return worst;
 }
 
-static void warn(const struct worst *worst, size_t sides, struct gnp_warnings *warnings)
+static void warn(const struct worst *worst, size_t sides, bool closed, struct gnp_warnings *warnings)
 {
 	if (worst->removed)
 		gnp_warnings_add(warnings, GNP_WARNING_MEAN, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed,
 		                 sides);
 	if (worst->unbelievable)
 		gnp_warnings_add(warnings, GNP_WARNING_ENERGY, "%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
-		                 "right-hand side explains, the cloud does not resolve the surface or the source", worst->unbelievable, sides, worst->energy);
+		                 "right-hand side explains, need %g to %g: %s", worst->unbelievable, sides, worst->energy, GNP_ENERGY_LEAST, GNP_ENERGY_MOST,
+		                 closed ? "the cloud does not resolve the surface or the source" : "the surface has a boundary where values have to be given (fixed)");
 }
 
 static gnp_status add_report(const struct work *work, const struct options *o, const struct gnp_task *task, struct gnp_values *report,
@@ -180,7 +181,7 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
 	const struct worst worst = worst_of(work);
-	warn(&worst, work->sides, gnp_task_warnings(task));
+	warn(&worst, work->sides, gnp_domain_is_closed(gnp_poisson_domain(gnp_prepared_object(work->entry))), gnp_task_warnings(task));
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "right_hand_sides", (int64_t)work->sides, error);
