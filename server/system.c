@@ -62,6 +62,17 @@ gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *e
 	return status == GNP_OK ? write_expiry(server->tls, body, error) : status;
 }
 
+/* Of the server as a whole: what methods there are. */
+gnp_status gnpd_system_options(struct gnpd_request *request, struct gnp_error *error)
+{
+	char allowed[64];
+	(void)error;
+	gnpd_routes_methods(request, allowed, sizeof allowed);
+	gnpd_reply_header(request, "Allow", "%s", allowed);
+	request->reply.code = 204;
+	return GNP_OK;
+}
+
 gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *error)
 {
 	const struct gnp_buffer *document = &request->server->openapi;
