@@ -89,6 +89,8 @@ static bool is_listed(const char *list, struct piece host)
 	for (struct piece name; next_name(&list, &name);) {
 		if (*name.text == '[')
 			name = (struct piece){name.text + 1, name.size - 2};
+		else if (name.text[name.size - 1] == '.')
+			name.size--;
 		if (same(name, host))
 			return true;
 	}

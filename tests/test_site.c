@@ -38,6 +38,7 @@ static void other_names_must_be_allowed(void)
 	                                  "2130706433", "0x7f.0.0.1", "agnp.example.org"};
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
 		CHECK(host(bad[i], "gnp.example.org,gnp") == GNP_FORBIDDEN);
+	CHECK(host("a.example", "b, a.example.") == GNP_OK && host("a.example.", "a.example") == GNP_OK);
 	CHECK(host("evil.example", "*") == GNP_OK);
 }
 
