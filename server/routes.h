@@ -57,6 +57,7 @@ gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_v2_model_config(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_infer(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error);

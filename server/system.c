@@ -1,4 +1,6 @@
 /* Health, metrics and the OpenAPI document: answered in the HTTP thread, whatever the workers do. */
+#include <string.h>
+
 #include "routes.h"
 #include "server.h"
 
@@ -77,6 +79,8 @@ gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *e
 {
 	const struct gnp_buffer *document = &request->server->openapi;
 	request->reply.code = 200;
-	request->reply.content_type = "application/yaml";
+	bool browser = request->work.accept && strstr(request->work.accept, "text/html"); /* would save application/yaml instead of showing it */
+	request->reply.content_type = browser ? "text/plain; charset=utf-8" : "application/yaml";
+	gnpd_reply_header(request, "Vary", "Accept");
 	return gnp_buffer_append(&request->reply.body, document->data, document->size, error);
 }
