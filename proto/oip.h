@@ -40,6 +40,10 @@ gnp_status gnp_oip_decode_response(const unsigned char *body, size_t size, size_
 gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, const struct gnp_models *models,
                                   struct gnp_buffer *buffer, struct gnp_error *error);
 
+/* {"name","platform","backend","max_batch_size","input","output"}, for GET /v2/models/{name}/config, as Triton's model configuration names
+ * them: no batches, dims of -1 are free. */
+gnp_status gnp_oip_model_config(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error);
+
 /* {"error","code","request_id"}. request_id may be NULL. */
 gnp_status gnp_oip_error_body(gnp_status status, const char *text, const char *request_id, struct gnp_buffer *buffer);
 

@@ -44,6 +44,13 @@ static gnp_status decode_raw(const unsigned char *body, size_t size, struct gnp_
 	return status;
 }
 
+/* NULL for one that is absent or null: clients with optional fields write either. */
+static const json_t *member(const json_t *object, const char *key)
+{
+	const json_t *value = json_object_get(object, key);
+	return json_is_null(value) ? NULL : value;
+}
+
 static gnp_status decode_choice(const json_t *object, size_t index, bool binary, struct gnp_output_choice *choice,
                                 struct gnp_error *error)
 {
@@ -53,7 +60,7 @@ static gnp_status decode_choice(const json_t *object, size_t index, bool binary,
 		                     GNP_TENSOR_NAME_MAX - 1);
 	strcpy(choice->name, name);
 	choice->binary = binary;
-	const json_t *parameters = json_object_get(object, "parameters");
+	const json_t *parameters = member(object, "parameters");
 	if (parameters && !json_is_object(parameters))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "output \"%s\": parameters: need an object", name);
 	const char *key;
@@ -107,16 +114,16 @@ static gnp_status decode_json(const struct gnp_json_document *document, struct g
                               struct gnp_request *request, struct gnp_error *error)
 {
 	const json_t *root = document->root;
-	gnp_status status = decode_id(json_object_get(root, "id"), &request->id, error);
+	gnp_status status = decode_id(member(root, "id"), &request->id, error);
 	if (status == GNP_OK)
-		status = gnp_oip_decode_values(json_object_get(root, "parameters"), &request->parameters, error);
+		status = gnp_oip_decode_values(member(root, "parameters"), &request->parameters, error);
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_value *all = gnp_values_find(&request->parameters, "binary_data_output");
 	if (all && all->type != GNP_VALUE_BOOL)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "binary_data_output: need true or false");
 	request->binary_default = all && all->boolean;
-	status = decode_choices(json_object_get(root, "outputs"), request, error);
+	status = decode_choices(member(root, "outputs"), request, error);
 	return status == GNP_OK ? gnp_oip_decode_tensors(document, "inputs", binary, &request->inputs, error) : status;
 }
 

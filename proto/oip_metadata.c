@@ -108,6 +108,34 @@ gnp_status gnp_oip_model_metadata(const struct gnp_operation *operation, const s
 	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
 }
 
+static gnp_status write_config_tensor(const struct gnp_tensor_info *info, bool input, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"data_type\":\"TYPE_%s\",\"dims\":[", info->name,
+	                                      gnp_datatype_name(info->datatype));
+	for (unsigned d = 0; d < info->rank && status == GNP_OK; d++)
+		status = gnp_buffer_printf(buffer, error, "%s%" PRId64, d ? "," : "", info->shape[d] < 0 ? -1 : info->shape[d]);
+	return status == GNP_OK ? gnp_buffer_printf(buffer, error, "]%s}", input && info->optional ? ",\"optional\":true" : "") : status;
+}
+
+gnp_status gnp_oip_model_config(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	gnp_status status = gnp_buffer_printf(buffer, error, "{\"name\":\"%s\",\"platform\":\"gnpd\",\"backend\":\"gnpd\",\"max_batch_size\":0,"
+	                                      "\"input\":[", operation->name);
+	for (size_t i = 0; i < operation->input_count && status == GNP_OK; i++) {
+		status = i ? gnp_buffer_append(buffer, ",", 1, error) : GNP_OK;
+		if (status == GNP_OK)
+			status = write_config_tensor(&operation->inputs[i], true, buffer, error);
+	}
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(buffer, error, "],\"output\":[");
+	for (size_t i = 0; i < operation->output_count && status == GNP_OK; i++) {
+		status = i ? gnp_buffer_append(buffer, ",", 1, error) : GNP_OK;
+		if (status == GNP_OK)
+			status = write_config_tensor(&operation->outputs[i], false, buffer, error);
+	}
+	return status == GNP_OK ? gnp_buffer_append(buffer, "]}", 2, error) : status;
+}
+
 gnp_status gnp_oip_error_body(gnp_status status, const char *text, const char *request_id, struct gnp_buffer *buffer)
 {
 	gnp_status written = gnp_buffer_append(buffer, "{", 1, NULL);

@@ -283,7 +283,9 @@ static void put_job_paths(struct writer *w)
 	       "        default: {$ref: '#/components/responses/Error'}\n");
 	PUT(w, "  /v1/jobs/{id}/events:\n    get:\n      operationId: job_events\n"
 	       "      summary: 'server-sent events state and progress, each with the job, until it is over'\n      parameters:\n" ID
+	       "        - {name: Last-Event-ID, in: header, description: 'the id of the last event that came, when asked again', schema: {type: string}}\n"
 	       "      responses:\n        '200': {description: 'the stream', content: {text/event-stream: {}}}\n"
+	       "        '204': {description: 'that was the last'}\n"
 	       "        default: {$ref: '#/components/responses/Error'}\n"
 	       "  /v1/jobs/{id}/result:\n    get:\n      operationId: job_result\n"
 	       "      summary: 'the answer, as the call itself would have given it'\n      parameters:\n" ID

@@ -10,6 +10,7 @@
 #include "config_keys.h"
 #include "job_store.h"
 #include "listen.h"
+#include "site.h"
 
 static char *trim(char *text)
 {
@@ -226,6 +227,13 @@ static gnp_status check_weights_dir(const char *directory, struct gnp_error *err
 	return GNP_OK;
 }
 
+static gnp_status check_allowed_hosts(const char *list, struct gnp_error *error)
+{
+	struct gnp_error cause = {0};
+	gnp_status status = gnpd_site_check_list(list, &cause);
+	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "allowed-hosts: %s", cause.text);
+}
+
 static gnp_status check_machine(const struct gnpd_config *config, struct gnp_error *error)
 {
 	gnp_status status = check_address(config, "listen", config->listen, error);
@@ -237,6 +245,8 @@ static gnp_status check_machine(const struct gnpd_config *config, struct gnp_err
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: is not given, need it with %s",
 		                     config->tls_key[0] ? "tls-certificate" : "tls-key", config->tls_key[0] ? "tls-key" : "tls-certificate");
 	status = check_folder_of("port-file", config->port_file, error);
+	if (status == GNP_OK)
+		status = check_allowed_hosts(config->allowed_hosts, error);
 	if (status == GNP_OK)
 		status = check_folder_of("admin-port-file", config->admin_port_file, error);
 	if (status == GNP_OK)

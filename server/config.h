@@ -26,6 +26,7 @@ struct gnpd_config {
 	char tls_certificate[GNPD_CONFIG_TEXT], tls_key[GNPD_CONFIG_TEXT]; /* PEM files, both or neither */
 	char admin_listen[GNPD_CONFIG_TEXT]; /* as listen; "": no admin listener */
 	char admin_port_file[GNPD_CONFIG_TEXT];
+	char allowed_hosts[GNPD_CONFIG_TEXT]; /* names clients call the server by, beside localhost and addresses (site.h); "": none */
 	size_t admin_connections;           /* of the admin listener */
 	size_t workers;                     /* compute threads; 0: the number of cores */
 	size_t runners;                     /* requests computed at once */
@@ -40,6 +41,8 @@ struct gnpd_config {
 	size_t queue_bytes;                 /* bodies plus estimated memory of all requests held */
 	size_t operator_cache_bytes;        /* prepared operators kept for later right-hand sides */
 	size_t discard_bytes;               /* of a refused body, read so that the client gets to see the answer */
+	size_t linger_bytes;                /* of a longer one, read after the answer */
+	double linger_seconds;              /* and for how long */
 	size_t connection_memory_bytes;     /* headers and read buffer of one connection */
 	size_t min_body_rate;               /* bytes a second a client must keep up after body_grace_seconds */
 	double body_grace_seconds;

@@ -27,7 +27,7 @@ struct lane {
 /* One listener. */
 struct gnpd_http {
 	struct gnpd_server *server;
-	bool admin, tls;
+	bool admin, tls, named;
 	size_t count;
 	struct lane lanes[]; /* (count) */
 };
@@ -96,6 +96,7 @@ static void *on_uri(void *context, const char *uri, struct MHD_Connection *http)
 	request->http = http;
 	request->loop = lane->loop;
 	request->admin = lane->http->admin;
+	request->named = lane->http->named;
 	request->connection = connection;
 	request->uri_size = strlen(uri);
 	gnpd_connection_enter(server->reaper, connection, GNPD_PHASE_HEADERS, request);
@@ -116,8 +117,9 @@ static enum MHD_Result on_request(void *context, struct MHD_Connection *http, co
 		return gnpd_http_headers(request, method, version);
 	case GNPD_STEP_BODY:
 	case GNPD_STEP_DISCARD:
+	case GNPD_STEP_LINGER:
 		if (*size == 0)
-			return gnpd_http_answer(request);
+			return request->step == GNPD_STEP_LINGER ? MHD_NO : gnpd_http_answer(request);
 		enum MHD_Result result = gnpd_http_body(request, data, *size);
 		*size = 0;
 		return result;
@@ -193,7 +195,7 @@ static gnp_status start_lane(struct gnpd_http *http, struct lane *lane, int fd, 
 	return gnp_error_set(error, GNP_IO, "http: the library did not start");
 }
 
-gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, struct gnpd_http **out,
+gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, bool named, struct gnpd_http **out,
                                 struct gnp_error *error)
 {
 	const struct gnpd_config *config = server->config;
@@ -203,7 +205,7 @@ gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, 
 	struct gnpd_http *http = calloc(1, sizeof *http + count * sizeof *http->lanes);
 	gnp_status status = http ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
 	if (http)
-		*http = (struct gnpd_http){.server = server, .admin = admin, .tls = tls, .count = count};
+		*http = (struct gnpd_http){.server = server, .admin = admin, .tls = tls, .named = named, .count = count};
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		status = start_lane(http, &http->lanes[i], fd, connections / count + (i < connections % count), error);
 	close(fd);

@@ -13,8 +13,9 @@
 struct gnpd_http;
 
 /* Takes fd, a listening socket, over (also on failure). server must be complete. admin: the admin listener, whose one thread and
- * connections are its own; else the one of requests. tls: server->tls is there and the listener speaks it. */
-gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, struct gnpd_http **out,
+ * connections are its own; else the one of requests. tls: server->tls is there and the listener speaks it. named: requests must be sent to a name of this
+ * server's (site.h). */
+gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, bool named, struct gnpd_http **out,
                                 struct gnp_error *error);
 
 /* Closes all connections and frees. No request may be suspended any more. NULL is allowed. */

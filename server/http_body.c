@@ -64,10 +64,39 @@ void gnpd_http_cut(struct gnpd_request *request, const struct gnp_error *error)
 	gnpd_connection_cut(request->server->reaper, request->connection, error);
 }
 
+/* Under TLS through the session, on this thread, which serves it. False: the connection has ended. */
+static bool answer_at_once(struct gnpd_request *request)
+{
+	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_GNUTLS_SESSION);
+	bool tls = information && information->tls_session;
+	struct gnp_buffer answer = {0};
+	bool whole = gnpd_http_reply_text(request, &answer) == GNP_OK;
+	if (whole && tls)
+		gnpd_tls_send_last(information->tls_session, answer.data, answer.size);
+	whole = whole && gnpd_connection_half_close(request->server->reaper, request->connection, answer.data, tls ? 0 : answer.size);
+	gnp_buffer_clear(&answer);
+	return whole;
+}
+
+enum MHD_Result gnpd_http_linger(struct gnpd_request *request)
+{
+	request->step = GNPD_STEP_LINGER;
+	request->reply.close = true;
+	gnpd_request_leave(request);
+	if (request->active) /* the end of the daemon does not wait for what is only dropped */
+		atomic_fetch_sub(&request->server->active, 1);
+	request->active = false;
+	return answer_at_once(request) ? MHD_YES : MHD_NO;
+}
+
 enum MHD_Result gnpd_http_body(struct gnpd_request *request, const char *data, size_t size)
 {
 	struct gnp_error error = {0};
 	request->received += size;
+	if (request->step == GNPD_STEP_LINGER) {
+		request->lingered += size;
+		return request->lingered <= request->server->config->linger_bytes ? MHD_YES : MHD_NO;
+	}
 	gnpd_connection_received(request->server->reaper, request->connection, request->received);
 	if (request->step == GNPD_STEP_BODY && append_body(request, data, size, &error) != GNP_OK)
 		refuse_body(request, &error);
@@ -78,9 +107,6 @@ enum MHD_Result gnpd_http_body(struct gnpd_request *request, const char *data, s
 	if (request->reply.code == 0) {
 		gnp_error_set(&error, GNP_TOO_LARGE, "body: this path takes none, got %zu bytes", request->received);
 		gnpd_reply_error(request, &error);
-	} else {
-		gnp_error_set(&error, request->status, "%s", gnp_status_text(request->status));
 	}
-	gnpd_http_cut(request, &error);
-	return MHD_NO;
+	return gnpd_http_linger(request);
 }

@@ -1,6 +1,7 @@
 #include "http_steps.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "http_stream.h"
 #include "routes.h"
@@ -67,6 +68,20 @@ enum MHD_Result gnpd_http_reply(struct gnpd_request *request)
 	return result;
 }
 
+gnp_status gnpd_http_reply_text(const struct gnpd_request *request, struct gnp_buffer *text)
+{
+	const struct gnpd_reply *reply = &request->reply;
+	gnp_status status = gnp_buffer_printf(text, NULL, "HTTP/1.1 %d %s\r\nX-Request-Id: %s\r\nContent-Type: %s\r\n", reply->code,
+	                                      MHD_get_reason_phrase_for((unsigned)reply->code), request->id, reply->content_type);
+	for (size_t i = 0; i < reply->header_count && status == GNP_OK; i++)
+		status = gnp_buffer_printf(text, NULL, "%s: %s\r\n", reply->headers[i].name, reply->headers[i].value);
+	if (status == GNP_OK)
+		status = gnp_buffer_printf(text, NULL, "Content-Length: %zu\r\nConnection: close\r\n\r\n", reply->body.size);
+	if (status == GNP_OK && strcmp(request->method, "HEAD") != 0)
+		status = gnp_buffer_append(text, reply->body.data, reply->body.size, NULL);
+	return status;
+}
+
 static void log_request(const struct gnpd_request *request, double seconds)
 {
 	const struct gnpd_access access = {
@@ -77,18 +92,23 @@ static void log_request(const struct gnpd_request *request, double seconds)
 	gnpd_log_access(&request->server->log, &access);
 }
 
+static bool is_sent(const struct gnpd_request *request)
+{
+	return request->step == GNPD_STEP_SENT || request->step == GNPD_STEP_LINGER;
+}
+
 /* The code of an answer the library gave by itself to what it could not read; 0: none. */
 static int library_answered(const struct gnpd_request *request)
 {
 	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_HTTP_STATUS);
-	return request->step != GNPD_STEP_SENT && information ? (int)information->http_status : 0;
+	return !is_sent(request) && information ? (int)information->http_status : 0;
 }
 
 /* Only here is known whether the answer went out whole. A stream may end at any time; an error stays what it is. */
 static void settle(struct gnpd_request *request, enum MHD_RequestTerminationCode end)
 {
 	struct gnpd_reply *reply = &request->reply;
-	bool sent = request->step == GNPD_STEP_SENT && reply->code;
+	bool sent = is_sent(request) && reply->code;
 	if (sent && (end == MHD_REQUEST_TERMINATED_COMPLETED_OK || reply->stream || request->status != GNP_OK))
 		return;
 	reply->code = library_answered(request);

@@ -15,6 +15,9 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 
 /* http_body.c: size bytes of the body have come; kept, or dropped where the request is refused already. */
 enum MHD_Result gnpd_http_body(struct gnpd_request *request, const char *data, size_t size);
+/* Answers at once, past the library, which takes no reply before the end of the body, and drops what still comes, within linger-bytes and
+ * linger-seconds: a client that sends its whole body before it reads would else be reset, and never see the answer (RFC 9112 9.6). */
+enum MHD_Result gnpd_http_linger(struct gnpd_request *request);
 /* Answers where the library takes no reply, and ends the connection. */
 void gnpd_http_cut(struct gnpd_request *request, const struct gnp_error *error);
 
@@ -25,6 +28,8 @@ struct gnpd_queue *gnpd_http_queue(const struct gnpd_request *request);
 
 /* http_reply.c: the reply is there and goes out. */
 enum MHD_Result gnpd_http_reply(struct gnpd_request *request);
+/* Appends the reply, one of bytes, as it goes over the wire: with the end of the connection. GNP_OUT_OF_MEMORY only. */
+gnp_status gnpd_http_reply_text(const struct gnpd_request *request, struct gnp_buffer *text);
 /* The one place that logs, counts and frees a request. end: how the library says its connection left it. */
 void gnpd_http_finish(struct gnpd_request *request, enum MHD_RequestTerminationCode end);
 

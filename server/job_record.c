@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hex.h"
+
 enum kind { TEXT, STRING, NUMBER, TIME, STATE, STATUS, FLAG };
 
 struct member {
@@ -141,18 +143,13 @@ gnp_status gnpd_job_record_write(const struct gnpd_job_record *record, struct gn
 
 /* ---- Reading ---- */
 
-static int hex(char c)
-{
-	return c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
 /* Decodes length bytes into text, which has room for as many and a NUL; false for what no writer writes. */
 static bool decode_text(const char *value, size_t length, char *text)
 {
 	for (size_t i = 0; i < length; i++) {
 		unsigned char c = (unsigned char)value[i];
 		if (c == '%') {
-			int high = i + 2 < length ? hex(value[i + 1]) : -1, low = high < 0 ? -1 : hex(value[i + 2]);
+			int high = i + 2 < length ? gnpd_hex_digit(value[i + 1]) : -1, low = high < 0 ? -1 : gnpd_hex_digit(value[i + 2]);
 			if (low < 0 || (high | low) == 0)
 				return false;
 			c = (unsigned char)(high << 4 | low);

@@ -268,6 +268,16 @@ gnp_status gnpd_jobs_polled(struct gnpd_request *request, struct gnp_error *erro
 
 /* ---- GET /v1/jobs/{id}/events ---- */
 
+/* A browser asks again when a stream ends, until it is told that nothing follows what it has. */
+static bool has_seen_end(const struct gnpd_request *request, struct gnpd_job *job)
+{
+	struct gnpd_job_view view;
+	char id[GNPD_EVENT_ID];
+	gnpd_job_look(job, &view);
+	gnpd_watch_event_id(&view, id);
+	return request->last_event_id && gnpd_job_state_is_final(view.record.state) && strcmp(request->last_event_id, id) == 0;
+}
+
 gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *error)
 {
 	struct gnpd_job *job;
@@ -276,6 +286,11 @@ gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *erro
 		status = find(request, &job, error);
 	if (status != GNP_OK)
 		return status;
+	if (has_seen_end(request, job)) {
+		gnpd_job_release(job);
+		request->reply.code = 204;
+		return GNP_OK;
+	}
 	status = gnpd_watch_init(request->server->watchers, &request->watch, GNPD_WATCH_STREAM, job, error);
 	if (status != GNP_OK) {
 		gnpd_job_release(job);
@@ -284,6 +299,7 @@ gnp_status gnpd_jobs_events(struct gnpd_request *request, struct gnp_error *erro
 	request->reply.code = 200;
 	request->reply.content_type = "text/event-stream";
 	request->reply.stream = true;
+	gnpd_reply_header(request, "X-Accel-Buffering", "no"); /* nginx passes events on as they come */
 	gnpd_reply_header(request, "Cache-Control", "no-store");
 	return GNP_OK;
 }

@@ -1,6 +1,7 @@
 #include "job_watch.h"
 
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,10 +53,17 @@ static bool is_over(const struct gnpd_job_view *view)
 
 /* ---- What a stream tells; lock held ---- */
 
+void gnpd_watch_event_id(const struct gnpd_job_view *view, char id[GNPD_EVENT_ID])
+{
+	snprintf(id, GNPD_EVENT_ID, "%u.%s", view->version, gnpd_job_state_name(view->record.state));
+}
+
 static void tell(struct gnpd_watch *watch, const struct gnpd_job_view *view, const char *event)
 {
 	struct gnp_buffer *text = &watch->text;
-	gnp_status status = gnp_buffer_printf(text, NULL, "event: %s\nid: %u\ndata: ", event, view->version);
+	char id[GNPD_EVENT_ID];
+	gnpd_watch_event_id(view, id);
+	gnp_status status = gnp_buffer_printf(text, NULL, "event: %s\nid: %s\ndata: ", event, id);
 	if (status == GNP_OK)
 		status = gnpd_job_write_json(view, text, NULL);
 	if (status == GNP_OK)

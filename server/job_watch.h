@@ -10,6 +10,7 @@
 #include "status.h"
 
 struct gnpd_job;
+struct gnpd_job_view;
 struct gnpd_server;
 struct gnpd_watchers;
 
@@ -53,6 +54,11 @@ void gnpd_watch_clear(struct gnpd_watch *watch);
 void gnpd_watch_wait(struct gnpd_watch *watch);
 /* Takes a poll out before it is woken, which it then never is; false when it has been. */
 bool gnpd_watch_withdraw(struct gnpd_watch *watch);
+
+enum { GNPD_EVENT_ID = 32 };
+/* What the events that tell of a job as it is in view are called: its version and state, so that the id of a job's end is that of nothing
+ * before it, in no process. */
+void gnpd_watch_event_id(const struct gnpd_job_view *view, char id[GNPD_EVENT_ID]);
 
 /* What a stream has to write, at most `most` bytes of it: their number, -1 at its end, or 0 when there is nothing: then `suspend` has
  * been called, and wake will be. */

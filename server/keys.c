@@ -7,6 +7,7 @@
 #include <strings.h>
 #include <sys/random.h>
 
+#include "hex.h"
 #include "secret.h"
 
 static const char *const scopes[GNPD_SCOPES] = {[GNPD_SCOPE_INFER] = "infer", [GNPD_SCOPE_JOBS] = "jobs", [GNPD_SCOPE_ADMIN] = "admin"};
@@ -27,13 +28,6 @@ gnp_status gnpd_key_check_name(const char *name, struct gnp_error *error)
 	return GNP_OK;
 }
 
-static int hex(char c)
-{
-	if (c >= '0' && c <= '9')
-		return c - '0';
-	return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
 /* One "sha256:<hex>" of length characters. */
 static bool parse_hash(const char *text, size_t length, unsigned char digest[GNP_SHA256_SIZE])
 {
@@ -42,7 +36,7 @@ static bool parse_hash(const char *text, size_t length, unsigned char digest[GNP
 	if (length != skip + 2 * GNP_SHA256_SIZE || strncmp(text, prefix, skip) != 0)
 		return false;
 	for (size_t i = 0; i < GNP_SHA256_SIZE; i++) {
-		int high = hex(text[skip + 2 * i]), low = hex(text[skip + 2 * i + 1]);
+		int high = gnpd_hex_digit(text[skip + 2 * i]), low = gnpd_hex_digit(text[skip + 2 * i + 1]);
 		if (high < 0 || low < 0)
 			return false;
 		digest[i] = (unsigned char)(high << 4 | low);
@@ -176,12 +170,16 @@ static gnp_status parse_words(struct gnpd_keys *keys, char *line, struct gnp_err
 /* line: of length bytes, not ended. */
 static gnp_status parse_line(struct gnpd_keys *keys, const char *text, size_t length, struct gnp_error *error)
 {
+	if (length && text[length - 1] == '\r') /* of a line that ends as on Windows */
+		length--;
 	if (memchr(text, '\0', length))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "got a NUL byte");
+	if (memchr(text, '\r', length))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "got a carriage return in the middle of the line, need it at the end or nowhere");
 	char *line = strndup(text, length);
 	if (!line)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "no memory for %zu bytes", length);
-	line[strcspn(line, "#\r")] = '\0';
+	line[strcspn(line, "#")] = '\0';
 	gnp_status status = line[strspn(line, " \t")] ? parse_words(keys, line, error) : GNP_OK;
 	free(line);
 	return status;

@@ -13,7 +13,7 @@ struct listener {
 	bool admin;
 	int fd; /* -1 when there is none */
 	unsigned port;
-	bool loopback;
+	bool loopback, local; /* local: a socket of this machine's files, which no browser opens */
 };
 
 /* Written beside and renamed, so that whoever waits for the file never reads half of it. */
@@ -46,6 +46,23 @@ static gnp_status open_socket(struct listener *listener, struct gnp_error *error
 	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s: %s", listener->key, cause.text);
 }
 
+/* Are the names clients call the listener by known? On loopback they are, but a listener that only answers to keys may stand behind a proxy
+ * that passes on any name, and a page that has none gets nowhere. Of an address that others reach only the configuration can tell. */
+static bool is_named(const struct gnpd_server *server, const struct listener *listener)
+{
+	if (server->config->allowed_hosts[0])
+		return true;
+	return listener->loopback && !listener->local && (listener->admin || !server->config->keys_file[0]);
+}
+
+/* Anybody may use it, pages in the browsers of those who reach it among them. */
+static void warn_of_pages(struct gnpd_server *server, const struct listener *listener)
+{
+	if (!listener->loopback && !server->config->keys_file[0] && !is_named(server, listener))
+		gnpd_log_event(&server->log, "warning", "%s: is open without keys under any name: a page whose name resolves to it uses it through "
+		               "its visitors' browsers (allowed-hosts names those it has)", listener->key);
+}
+
 /* What was handed over is judged by where it is bound. */
 static gnp_status check_socket(struct gnpd_server *server, struct listener *listener, struct gnp_error *error)
 {
@@ -57,12 +74,15 @@ static gnp_status check_socket(struct gnpd_server *server, struct listener *list
 	if (status != GNP_OK)
 		return status;
 	listener->loopback = gnpd_address_is_loopback(&address);
+	listener->local = address.storage.ss_family == AF_UNIX;
 	gnpd_address_format(&address, text);
 	if (!listener->loopback)
 		status = gnpd_config_allows(server->config, listener->key, text, error);
 	if (status == GNP_OK && !listener->loopback && !server->tls)
 		gnpd_log_event(&server->log, "warning", "%s: %s can be reached from other machines without TLS: keys and data are sent in "
 		               "the clear (tls-certificate)", listener->key, text);
+	if (status == GNP_OK)
+		warn_of_pages(server, listener);
 	return status;
 }
 
@@ -71,7 +91,7 @@ static gnp_status start(struct gnpd_server *server, struct listener *listener, s
 	if (listener->fd < 0)
 		return GNP_OK;
 	bool tls = server->tls && !(listener->admin && listener->loopback);
-	gnp_status status = gnpd_http_start_take(server, listener->fd, listener->admin, tls, out, error);
+	gnp_status status = gnpd_http_start_take(server, listener->fd, listener->admin, tls, is_named(server, listener), out, error);
 	if (status != GNP_OK)
 		listener->fd = -1;
 	else
@@ -89,9 +109,9 @@ gnp_status gnpd_listeners_start_take(struct gnpd_server *server, const struct gn
                                      struct gnp_error *error)
 {
 	const struct gnpd_config *config = server->config;
-	struct listener main = {"listen", config->listen, "port-file", config->port_file, false, inherited->main, 0, false};
+	struct listener main = {"listen", config->listen, "port-file", config->port_file, false, inherited->main, 0, false, false};
 	struct listener admin = {"admin-listen", config->admin_listen, "admin-port-file", config->admin_port_file, true,
-	                         inherited->admin, 0, false};
+	                         inherited->admin, 0, false, false};
 	gnp_status status = GNP_OK;
 	*out = (struct gnpd_listeners){NULL, NULL};
 	if (main.fd < 0)

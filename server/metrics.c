@@ -20,7 +20,8 @@ static const char *const rejects[GNPD_REJECTS] = {
 	[GNPD_REJECT_SLOW_BODY] = "slow_body", [GNPD_REJECT_SLOW_REPLY] = "slow_reply", [GNPD_REJECT_REQUEST_MEMORY] = "request_memory", [GNPD_REJECT_POINTS] = "points",
 	[GNPD_REJECT_ADDRESS] = "connections_per_address", [GNPD_REJECT_UNAUTHORIZED] = "unauthorized",
 	[GNPD_REJECT_FORBIDDEN] = "forbidden", [GNPD_REJECT_KEY_CONCURRENCY] = "key_concurrency",
-	[GNPD_REJECT_KEY_RATE] = "key_rate"};
+	[GNPD_REJECT_KEY_RATE] = "key_rate",
+	[GNPD_REJECT_HOST] = "host", [GNPD_REJECT_CROSS_SITE] = "cross_site"};
 static const char *const cancels[GNPD_CANCELS] = {
 	[GNPD_CANCEL_CLIENT_GONE] = "client_gone", [GNPD_CANCEL_DEADLINE] = "deadline", [GNPD_CANCEL_SHUTDOWN] = "shutdown"};
 

@@ -193,6 +193,21 @@ void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *con
 	pthread_mutex_unlock(&reaper->lock);
 }
 
+bool gnpd_connection_half_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const void *data, size_t size)
+{
+	double now = gnp_clock();
+	pthread_mutex_lock(&reaper->lock);
+	bool whole = connection->cut == GNP_OK;
+	whole = whole && (!size || send(connection->fd, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size);
+	if (!whole && connection->cut == GNP_OK)
+		connection->cut = GNP_CANCELLED;
+	shutdown(connection->fd, whole ? SHUT_WR : SHUT_RDWR);
+	connection->phase = GNPD_PHASE_LINGER;
+	connection->since = now;
+	pthread_mutex_unlock(&reaper->lock);
+	return whole;
+}
+
 /* Lock held. The fault of a connection over the deadline of its phase. */
 static gnp_status check_deadline(const struct gnpd_config *config, const struct gnpd_connection *connection,
                                  double now, struct gnp_error *error)
@@ -224,6 +239,10 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 	case GNPD_PHASE_STREAM:
 		if (spent > config->reply_seconds + config->jobs_heartbeat_seconds)
 			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s (reply-seconds)", config->reply_seconds);
+		break;
+	case GNPD_PHASE_LINGER:
+		if (spent > config->linger_seconds)
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: still comes %.3g s after its answer (linger-seconds)", spent);
 		break;
 	case GNPD_PHASE_WORK: break;
 	}
@@ -308,7 +327,7 @@ static void check_deadlines(struct gnpd_reaper *reaper, double now)
 			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_HEADERS);
 		else if (c->phase == GNPD_PHASE_BODY)
 			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_BODY);
-		else if (c->phase != GNPD_PHASE_IDLE)
+		else if (c->phase == GNPD_PHASE_REPLY || c->phase == GNPD_PHASE_STREAM)
 			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_REPLY);
 		cut(reaper, c, &error);
 	}

@@ -23,7 +23,8 @@ enum gnpd_phase {
 	GNPD_PHASE_BODY,
 	GNPD_PHASE_WORK,    /* suspended: waits or runs */
 	GNPD_PHASE_REPLY,
-	GNPD_PHASE_STREAM   /* a reply that is written bit by bit; entered anew with each */
+	GNPD_PHASE_STREAM,  /* a reply that is written bit by bit; entered anew with each */
+	GNPD_PHASE_LINGER   /* has its answer, and sends what is dropped */
 };
 
 /* server must have its config, metrics and queue. */
@@ -61,6 +62,10 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct g
 /* Writes an error reply straight to the socket and shuts it down: the only way to answer in the middle of a body, where the
  * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */
 void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error);
+
+/* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER. False when the connection
+ * was cut before or the socket does not take all of it: then it is cut now. */
+bool gnpd_connection_half_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const void *data, size_t size);
 
 /* Seconds since the watching thread was last seen at work. */
 double gnpd_reaper_silence(struct gnpd_reaper *reaper);

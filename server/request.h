@@ -12,6 +12,7 @@
 #include "metrics.h"
 #include "queue.h"
 #include "reply.h"
+#include "site.h"
 #include "status.h"
 #include "target.h"
 #include "work.h"
@@ -25,7 +26,14 @@ struct gnpd_server;
 enum { GNPD_ID_MAX = 128, GNPD_PRINCIPAL_MAX = 64 };
 
 /* Where http.c is with the request. */
-enum gnpd_step { GNPD_STEP_HEADERS, GNPD_STEP_BODY, GNPD_STEP_DISCARD, GNPD_STEP_REPLY, GNPD_STEP_SENT };
+enum gnpd_step {
+	GNPD_STEP_HEADERS,
+	GNPD_STEP_BODY,
+	GNPD_STEP_DISCARD, /* the body is dropped, before the answer */
+	GNPD_STEP_REPLY,
+	GNPD_STEP_SENT,
+	GNPD_STEP_LINGER   /* the body is dropped after the answer, which the connection ends with */
+};
 
 struct gnpd_request {
 	struct gnpd_server *server;
@@ -47,17 +55,20 @@ struct gnpd_request {
 	struct gnpd_principal *who;             /* its owner; NULL without */
 	bool entered;                           /* counted among the owner's requests under way */
 	bool admin;                             /* came by the admin listener */
+	bool named;                             /* the names by which clients call the listener are known: Host must be one of them */
 	double retry_after;                     /* seconds a refusal tells the client; 0: the configuration's */
 
 	/* Headers, borrowed from the HTTP library until completion; NULL when absent. Those of the work are there. */
-	const char *range, *if_range, *if_none_match, *idempotency_key;
+	const char *range, *if_range, *if_none_match, *idempotency_key, *last_event_id;
+	struct gnpd_site site;
 	struct gnpd_credentials credentials;
 	bool expects_continue;
 	bool has_length;
 	size_t content_length;
 	size_t uri_size;           /* bytes of the target as it came */
 
-	size_t discarded;          /* bytes of a refused body */
+	size_t discarded;          /* bytes of a refused body before its answer */
+	size_t lingered;           /* and after it */
 	size_t received;           /* bytes of body in all */
 
 	double started, submitted; /* gnp_clock() */

@@ -14,10 +14,12 @@ static const struct gnpd_route routes[] = {
 	{"GET", "/v2/models/{model}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"GET", "/v2/models/{model}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
 	{"GET", "/v2/models/{model}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/config", gnpd_v2_model_config, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"POST", "/v2/models/{model}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
 	{"GET", "/v2/models/{model}/versions/{version}", gnpd_v2_model, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"GET", "/v2/models/{model}/versions/{version}/ready", gnpd_v2_model_ready, GNPD_AT_ONCE, GNPD_LABEL_HEALTH, GNPD_SCOPE_NONE},
 	{"GET", "/v2/models/{model}/versions/{version}/stats", gnpd_v2_model_stats, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
+	{"GET", "/v2/models/{model}/versions/{version}/config", gnpd_v2_model_config, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
 	{"POST", "/v1/{model}", gnpd_v1_operation, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
 	{"POST", "/v1/jobs/{model}", gnpd_jobs_post, GNPD_AT_DESK, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
@@ -28,6 +30,7 @@ static const struct gnpd_route routes[] = {
 	{"GET", "/v1/jobs/{job}/result", gnpd_jobs_result, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
 	{"GET", "/metrics", gnpd_system_metrics, GNPD_AT_ONCE, GNPD_LABEL_METRICS, GNPD_SCOPE_ADMIN},
 	{"GET", "/openapi.yaml", gnpd_system_openapi, GNPD_AT_ONCE, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
+	{"OPTIONS", "*", gnpd_system_options, GNPD_AT_ONCE, GNPD_LABEL_OTHER, GNPD_SCOPE_NONE},
 };
 
 /* Without keys for what only reads: the listener is out of reach of others, or asks for keys where it changes or shows more. */
@@ -41,6 +44,7 @@ static const struct gnpd_route admin_routes[] = {
 	{"GET", "/admin/log-level", gnpd_admin_log_level, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
 	{"PUT", "/admin/log-level", gnpd_admin_set_log_level, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
 	{"GET", "/admin/config", gnpd_admin_config, GNPD_AT_ONCE, GNPD_LABEL_ADMIN, GNPD_SCOPE_ADMIN},
+	{"OPTIONS", "*", gnpd_system_options, GNPD_AT_ONCE, GNPD_LABEL_OTHER, GNPD_SCOPE_NONE},
 };
 
 enum { ROUTES = sizeof routes / sizeof routes[0], ADMIN_ROUTES = sizeof admin_routes / sizeof admin_routes[0] };
@@ -60,6 +64,8 @@ struct captures {
 static bool match_path(const char *pattern, const struct gnpd_target *target, struct captures *captures)
 {
 	*captures = (struct captures){NULL, NULL, NULL};
+	if (target->whole)
+		return strcmp(pattern, "*") == 0;
 	if (!target->valid)
 		return false;
 	for (unsigned i = 0; i < target->count; i++) {
@@ -101,17 +107,31 @@ static bool match_method(const struct gnpd_route *route, const char *method)
 	return strcmp(route->method, method) == 0 || (strcmp(route->method, "GET") == 0 && strcmp(method, "HEAD") == 0);
 }
 
+/* Appends a method to what an Allow header lists, once. */
+static void add_method(const char *method, char *text, size_t capacity)
+{
+	size_t size = strlen(text);
+	if (!strstr(text, method))
+		snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", method, strcmp(method, "GET") == 0 ? ", HEAD" : "");
+}
+
 void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity)
 {
 	const struct gnpd_route *route;
 	struct captures captures;
 	bool spelt = spelt_out(request);
-	size_t size = 0;
 	text[0] = '\0';
-	for (size_t i = 0; (route = route_at(request, i)) != NULL && size < capacity; i++)
+	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
 		if (match_route(request, route, spelt, &captures))
-			size += (size_t)snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", route->method,
-			                         strcmp(route->method, "GET") == 0 ? ", HEAD" : "");
+			add_method(route->method, text, capacity);
+}
+
+void gnpd_routes_methods(const struct gnpd_request *request, char *text, size_t capacity)
+{
+	const struct gnpd_route *route;
+	text[0] = '\0';
+	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
+		add_method(route->method, text, capacity);
 }
 
 const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route)

@@ -20,7 +20,7 @@ enum gnpd_where {
 
 struct gnpd_route {
 	const char *method;    /* GET also answers HEAD */
-	const char *path;      /* segments; {model}, {version} and {job} take any one segment */
+	const char *path;      /* segments; {model}, {version} and {job} take any one segment; "*": the server as a whole */
 	gnpd_handler handler;
 	enum gnpd_where work;
 	enum gnpd_label label; /* GNPD_LABEL_OPERATION: that of the operation the path names */
@@ -36,6 +36,8 @@ const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route);
 
 /* The methods the request's path allows, as an Allow header lists them; "" when there is no such path. */
 void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity);
+/* Those that any path of the request's listener allows. */
+void gnpd_routes_methods(const struct gnpd_request *request, char *text, size_t capacity);
 
 /* job_routes.c, and admin.c too: appends the query's parameters, of which all must be among `known` (NULL-terminated). */
 gnp_status gnpd_query_read(struct gnpd_request *request, const char *const *known, struct gnp_values *values, struct gnp_error *error);
@@ -45,6 +47,7 @@ gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *erro
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_system_options(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_admin_reload(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_admin_reloaded(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_admin_log_level(struct gnpd_request *request, struct gnp_error *error);
@@ -54,6 +57,7 @@ gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error);
+gnp_status gnpd_v2_model_config(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v2_infer(struct gnpd_request *request, struct gnp_error *error);
 gnp_status gnpd_v1_operation(struct gnpd_request *request, struct gnp_error *error);

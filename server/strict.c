@@ -8,7 +8,7 @@
 /* A second one of these would be read by some and not by others. */
 static const char *const once[GNPD_STRICT_ONCE] = {
 	[GNPD_STRICT_LENGTH] = "Content-Length", [GNPD_STRICT_TRANSFER] = "Transfer-Encoding", "Host", "Inference-Header-Content-Length",
-	"Content-Type", "Content-Encoding", "Idempotency-Key", "Range", "If-Range"};
+	"Content-Type", "Content-Encoding", "Idempotency-Key", "Range", "If-Range", "Origin", "Sec-Fetch-Site", "Last-Event-ID"};
 
 static bool is_token(const char *name)
 {

@@ -8,7 +8,7 @@
 #include "status.h"
 
 /* Headers that may come once; strict.c has the others of them. */
-enum { GNPD_STRICT_LENGTH, GNPD_STRICT_TRANSFER, GNPD_STRICT_ONCE = 9 };
+enum { GNPD_STRICT_LENGTH, GNPD_STRICT_TRANSFER, GNPD_STRICT_ONCE = 12 };
 
 struct gnpd_strict {
 	unsigned seen[GNPD_STRICT_ONCE]; /* times */

@@ -1,4 +1,6 @@
 /* Health, metrics and the OpenAPI document: answered in the HTTP thread, whatever the workers do. */
+#include <string.h>
+
 #include "routes.h"
 #include "server.h"
 
@@ -62,10 +64,23 @@ gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *e
 	return status == GNP_OK ? write_expiry(server->tls, body, error) : status;
 }
 
+/* Of the server as a whole: what methods there are. */
+gnp_status gnpd_system_options(struct gnpd_request *request, struct gnp_error *error)
+{
+	char allowed[64];
+	(void)error;
+	gnpd_routes_methods(request, allowed, sizeof allowed);
+	gnpd_reply_header(request, "Allow", "%s", allowed);
+	request->reply.code = 204;
+	return GNP_OK;
+}
+
 gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *error)
 {
 	const struct gnp_buffer *document = &request->server->openapi;
 	request->reply.code = 200;
-	request->reply.content_type = "application/yaml";
+	bool browser = request->work.accept && strstr(request->work.accept, "text/html"); /* would save application/yaml instead of showing it */
+	request->reply.content_type = browser ? "text/plain; charset=utf-8" : "application/yaml";
+	gnpd_reply_header(request, "Vary", "Accept");
 	return gnp_buffer_append(&request->reply.body, document->data, document->size, error);
 }

@@ -1,26 +1,28 @@
 #include "target.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
-static int hex(char c)
+#include "hex.h"
+
+/* Escapes are written with digits of either case. */
+static int escape_digit(char c)
 {
-	if (c >= '0' && c <= '9')
-		return c - '0';
-	c |= 0x20;
-	return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+	return gnpd_hex_digit((char)tolower((unsigned char)c));
 }
 
-/* In place. False for a bad escape or an encoded NUL. */
-static bool percent_decode(char *text, bool plus_is_space)
+/* In place, '+' read as space. False for a bad escape or an encoded NUL. */
+static bool decode(char *text)
 {
 	char *out = text;
 	for (; *text; text++) {
 		char c = *text;
-		if (c == '+' && plus_is_space) {
+		if (c == '+') {
 			c = ' ';
 		} else if (c == '%') {
-			int high = hex(text[1]), low = high < 0 ? -1 : hex(text[2]);
+			int high = escape_digit(text[1]), low = high < 0 ? -1 : escape_digit(text[2]);
 			if (low < 0 || (high | low) == 0)
 				return false;
 			c = (char)(high << 4 | low);
@@ -32,32 +34,54 @@ static bool percent_decode(char *text, bool plus_is_space)
 	return true;
 }
 
-static void split_path(struct gnpd_target *target)
+/* "/" has no segments. */
+static bool split_path(struct gnpd_target *target)
 {
-	char *save = NULL;
-	target->valid = target->decoded[0] == '/';
-	for (char *part = strtok_r(target->decoded, "/", &save); part; part = strtok_r(NULL, "/", &save)) {
-		if (target->count == GNPD_SEGMENTS_MAX || !percent_decode(part, false)) {
-			target->valid = false;
-			return;
-		}
-		target->segments[target->count++] = part;
+	char *at = target->split;
+	if (*at != '/' || strchr(at, '%'))
+		return false;
+	while (at && at[1]) {
+		if (target->count == GNPD_SEGMENTS_MAX)
+			return false;
+		target->segments[target->count++] = at + 1;
+		*at = '\0';
+		at = strchr(at + 1, '/');
 	}
+	for (unsigned i = 0; i < target->count; i++)
+		if (!*target->segments[i])
+			return false;
+	return !at || target->count == 0;
+}
+
+/* Bytes of "http://" or "https://" at the begin; 0: none. */
+static size_t scheme_size(const char *uri)
+{
+	static const char *const schemes[] = {"http://", "https://"};
+	for (size_t i = 0; i < sizeof schemes / sizeof schemes[0]; i++)
+		if (strncasecmp(uri, schemes[i], strlen(schemes[i])) == 0)
+			return strlen(schemes[i]);
+	return 0;
 }
 
 gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target)
 {
 	memset(target, 0, sizeof *target);
+	size_t scheme = scheme_size(uri), authority = scheme ? strcspn(uri + scheme, "/?") : 0;
+	if (scheme)
+		target->authority = strndup(uri + scheme, authority);
+	uri += scheme + authority;
 	size_t length = strcspn(uri, "?");
-	target->path = strndup(uri, length);
-	target->decoded = strndup(uri, length);
+	const char *path = scheme && length == 0 ? "/" : uri; /* "http://host" is the root */
+	target->path = strndup(path, path == uri ? length : 1);
+	target->split = strndup(path, path == uri ? length : 1);
 	if (uri[length] == '?')
 		target->query = strdup(uri + length + 1);
-	if (!target->path || !target->decoded || (uri[length] == '?' && !target->query)) {
+	if (!target->path || !target->split || (scheme && !target->authority) || (uri[length] == '?' && !target->query)) {
 		gnpd_target_clear(target);
 		return GNP_OUT_OF_MEMORY;
 	}
-	split_path(target);
+	target->whole = strcmp(target->path, "*") == 0;
+	target->valid = split_path(target);
 	return GNP_OK;
 }
 
@@ -72,7 +96,8 @@ size_t gnpd_query_count(const char *query)
 void gnpd_target_clear(struct gnpd_target *target)
 {
 	free(target->path);
-	free(target->decoded);
+	free(target->authority);
+	free(target->split);
 	free(target->query);
 	memset(target, 0, sizeof *target);
 }
@@ -83,7 +108,7 @@ static gnp_status add_pair(char *pair, struct gnp_values *values, struct gnp_err
 	if (!equals)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "query: got \"%.100s\", need name=value", pair);
 	*equals = '\0';
-	if (!percent_decode(pair, true) || !percent_decode(equals + 1, true))
+	if (!decode(pair) || !decode(equals + 1))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "query: bad percent escape in \"%.100s\"", pair);
 	if (gnp_values_find(values, pair))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "query: \"%.100s\" is given twice", pair);
@@ -94,14 +119,14 @@ static gnp_status add_pair(char *pair, struct gnp_values *values, struct gnp_err
 
 gnp_status gnpd_query_parse(const char *query, struct gnp_values *values, struct gnp_error *error)
 {
-	if (!query)
+	if (!query || !*query)
 		return GNP_OK;
-	char *copy = strdup(query), *save = NULL;
+	char *copy = strdup(query), *rest = copy;
 	if (!copy)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "query: no memory");
 	gnp_status status = GNP_OK;
-	for (char *pair = strtok_r(copy, "&", &save); pair && status == GNP_OK; pair = strtok_r(NULL, "&", &save))
-		status = add_pair(pair, values, error);
+	while (rest && status == GNP_OK)
+		status = add_pair(strsep(&rest, "&"), values, error);
 	free(copy);
 	return status;
 }

@@ -1,4 +1,7 @@
-/* The request target: path segments and query parameters, percent-decoded. No path ever reaches the file system. */
+/* The request target: path segments and query parameters. No path ever reaches the file system.
+ *
+ * A path has one spelling: what stands in it needs no percent escapes, and whoever guards some paths in front of this server (a proxy's
+ * rules) must not have to know of others. In a query escapes are decoded. */
 #ifndef GNPD_TARGET_H
 #define GNPD_TARGET_H
 
@@ -11,11 +14,13 @@
 enum { GNPD_SEGMENTS_MAX = 8, GNPD_QUERY_MAX = 64 };
 
 struct gnpd_target {
-	char *path;     /* as it came, without the query: for the log */
-	char *decoded;  /* holds the segments */
-	char *query;    /* as it came; NULL without one */
-	unsigned count; /* of segments; empty ones (// and a trailing /) are skipped */
-	bool valid;     /* false: too many segments, a bad escape or an encoded NUL; no route matches */
+	char *path;      /* as it came, without the query: for the log */
+	char *authority; /* of the absolute form, "http://AUTHORITY/path", which proxies use; NULL in other forms */
+	char *split;     /* holds the segments */
+	char *query;     /* as it came; NULL without one */
+	unsigned count;  /* of segments */
+	bool whole;      /* the target is "*", the server as a whole */
+	bool valid;      /* false: too many segments, an empty one (// or a trailing /), an escape; no route matches */
 	char *segments[GNPD_SEGMENTS_MAX];
 };
 
@@ -25,8 +30,8 @@ gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target);
 size_t gnpd_query_count(const char *query);
 void gnpd_target_clear(struct gnpd_target *target);
 
-/* Appends the query's parameters as strings, '+' read as space. GNP_INVALID_ARGUMENT for bad escapes, a name without a
- * value's '=', a repeated name, or more than GNPD_QUERY_MAX. */
+/* Appends the query's parameters as strings, '+' read as space; NULL and "" have none. GNP_INVALID_ARGUMENT for bad escapes, a name without a
+ * value's '=' (nothing between two '&' among them), a repeated name, or more than GNPD_QUERY_MAX. */
 gnp_status gnpd_query_parse(const char *query, struct gnp_values *values, struct gnp_error *error);
 
 #endif

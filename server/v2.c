@@ -9,7 +9,7 @@ gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 	const char *build = request->server->metrics.build;
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
-	                         "\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
+	                         "\"model_configuration\",\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
 }
 
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
@@ -27,6 +27,11 @@ gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)
 {
 	return gnp_oip_model_metadata(gnp_operation_find(request->model), request->work.models,
 	                              gnpd_reply_json(&request->reply, 200), error);
+}
+
+gnp_status gnpd_v2_model_config(struct gnpd_request *request, struct gnp_error *error)
+{
+	return gnp_oip_model_config(gnp_operation_find(request->model), gnpd_reply_json(&request->reply, 200), error);
 }
 
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)

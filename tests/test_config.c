@@ -223,6 +223,11 @@ static void only_loopback_without_insecure(void)
 	CHECK_CONTAINS(error.text, "listen: got \"0.0.0.0:80\", need a loopback address");
 	char *insecure[] = {"gnpd", "--listen", "0.0.0.0:80", "--insecure", NULL};
 	CHECK(load(insecure, none, &actions) == GNP_OK);
+	char *hosts[] = {"gnpd", "--allowed-hosts", "gnp.example.org, 10.0.0.1", NULL};
+	CHECK(load(hosts, none, &actions) == GNP_OK);
+	char *address[] = {"gnpd", "--allowed-hosts", "https://gnp.example.org", NULL};
+	CHECK(load(address, none, &actions) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "allowed-hosts: got \"https://gnp.example.org\", need names without scheme and port, separated by commas, or *");
 	char *keys[] = {"gnpd", "--listen", "0.0.0.0:80", "--admin-listen", "[::]:81", "--keys-file", "keys", NULL};
 	CHECK(load(keys, none, &actions) == GNP_OK);
 	char *admin[] = {"gnpd", "--admin-listen", "[::]:81", NULL};

@@ -78,6 +78,10 @@ static void bad_lines_are_named(void)
 		{"a " HASH_A " infer rate=0/s", "rate: got \"0/s\""},
 		{"a " HASH_A " infer burst=0.5 rate=1/s", "burst: got \"0.5\""},
 		{"a " HASH_A " infer burst=5", "burst: got one without a rate"},
+		/* What stood behind it was left out without a word: here a limit. */
+		{"a " HASH_A " infer\r rate=1/s", "line 1: got a carriage return in the middle of the line"},
+		{"# who\rb " HASH_A " infer", "line 1: got a carriage return in the middle of the line"},
+		{"a " HASH_A " infer\r\r\n", "line 1: got a carriage return in the middle of the line"},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
 		struct gnpd_keys *keys;

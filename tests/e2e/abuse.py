@@ -153,7 +153,7 @@ def mixed_clients(server, clients, seconds):
 def come_and_go(server, count):
     """Opened and dropped, idle or in the middle of something."""
     request = estimate_request(600)
-    starts = (b"", b"G", b"GET /v2 HTTP/1.1\r\nHost: a\r\n", request[:200], request[:-10], HEALTH, request)
+    starts = (b"", b"G", b"GET /v2 HTTP/1.1\r\nHost: localhost\r\n", request[:200], request[:-10], HEALTH, request)
     for i in range(count):
         s = server.connect()
         s.sendall(starts[i % len(starts)])

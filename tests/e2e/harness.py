@@ -25,6 +25,10 @@ def _slowdown():
 SLOW = _slowdown()
 
 
+class Skipped(Exception):
+    """A test needs a program that is not here: its name."""
+
+
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
     instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime.

@@ -68,7 +68,7 @@ def test_ambiguous_framing(server):
     )
     for extra, text in cases:
         with server.connect() as s:
-            s.sendall(("POST /v1/estimate HTTP/1.1\r\nHost: a\r\n" + extra + "\r\n").encode() + b"GET /v2 HTTP/1.1\r\nHost: a\r\n\r\n")
+            s.sendall(("POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\n" + extra + "\r\n").encode() + b"GET /v2 HTTP/1.1\r\nHost: a\r\n\r\n")
             try:
                 response = harness.read_response(s)
             except ConnectionResetError:
@@ -88,9 +88,9 @@ def test_headers_in_every_lawful_shape(server):
     """Empty values, blanks around values, cookies, empty lines before the first, a byte at a time, and as long as may be."""
     for lines in (b"X-Empty:\r\n", b"X-Blank: \r\nX-Blanks:   b  \r\n", b"Cookie: a=b; c=d\r\n", b"X-Long: " + b"y" * 60_000 + b"\r\n", b"X-A: b\r\n" * 500):
         with server.connect() as s:
-            s.sendall(b"\r\nGET /v2/health/live?a=%20+b HTTP/1.1\r\nHost: a\r\n" + lines + b"\r\n")
+            s.sendall(b"\r\nGET /v2/health/live?a=%20+b HTTP/1.1\r\nHost: localhost\r\n" + lines + b"\r\n")
             assert harness.read_response(s).status == 200, lines[:40]
-            for byte in b"GET /v2/health/live HTTP/1.1\r\nHost: a\r\n" + lines[:200] + (b"" if len(lines) <= 200 else b"\r\n") + b"\r\n":
+            for byte in b"GET /v2/health/live HTTP/1.1\r\nHost: localhost\r\n" + lines[:200] + (b"" if len(lines) <= 200 else b"\r\n") + b"\r\n":
                 s.sendall(bytes([byte]))
             assert harness.read_response(s).status == 200, lines[:40]
 
@@ -99,7 +99,7 @@ def test_queries_of_many_parameters(server):
     """The library left a query unanswered whose parameters its memory did not hold."""
     for count in (65, 3000):
         with server.connect(5) as s:
-            s.sendall(b"GET /v2/health/live?" + b"&".join([b"a=1"] * count) + b" HTTP/1.1\r\nHost: a\r\n\r\n")
+            s.sendall(b"GET /v2/health/live?" + b"&".join([b"a=1"] * count) + b" HTTP/1.1\r\nHost: localhost\r\n\r\n")
             expect_error(harness.read_response(s), 400, "invalid_argument", "query: got %d parameters, need at most 64" % count)
     assert server.get("/v2/health/live?" + "&".join("a%d=1" % i for i in range(64))).status == 200
 
@@ -112,7 +112,7 @@ def test_what_the_library_refuses_is_no_cancelled_request(server):
     for start in (b"", b"5\r\nabcde\r\n"):
         before = server.metric("gnpd_rejected_total{reason=\"framing\"}")
         with server.connect() as s:
-            s.sendall(b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\nX-Request-Id: chunk-%d\r\n\r\n" % len(start) + start + b"zz\r\n")
+            s.sendall(b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\nX-Request-Id: chunk-%d\r\n\r\n" % len(start) + start + b"zz\r\n")
             assert harness.read_response(s).status == 400
         harness.eventually(lambda: re.search(" 400 invalid_argument .* id=\"chunk-%d\"" % len(start), server.log()), what="the log line")
         assert server.metric("gnpd_rejected_total{reason=\"framing\"}") == before + 1
@@ -121,10 +121,10 @@ def test_what_the_library_refuses_is_no_cancelled_request(server):
 def test_garbage_does_no_harm(server):
     for data in (b"\x00" * 1000, b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03", b"GET\r\n\r\n", b"GET / HTTP/9.9\r\n\r\n", b"\r\n" * 5000,
                  b"GET /v2 HTTP/1.1\r\n\r\n", b"A" * 300_000, b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 60_000 + b"\r\n",
-                 b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
-                 b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffffff\r\nx",
-                 b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nContent-Length: 99999999999999999999999\r\n\r\n",
-                 b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"):
+                 b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\n",
+                 b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffffff\r\nx",
+                 b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nContent-Length: 99999999999999999999999\r\n\r\n",
+                 b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nContent-Length: -1\r\n\r\n", b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"):
         with server.connect(5) as s:
             try:
                 s.sendall(data)
@@ -186,8 +186,8 @@ class Dribbler(threading.Thread):
 
 
 def test_two_hundred_slow_connections():
-    slow_header = b"GET /v2 HTTP/1.1\r\nHost: a\r\nX-Slow: "
-    slow_body = b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nContent-Length: 100000\r\n\r\n"
+    slow_header = b"GET /v2 HTTP/1.1\r\nHost: localhost\r\nX-Slow: "
+    slow_body = b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"
     with harness.Server(header_seconds=2, body_grace_seconds=1.5, min_body_rate=1000) as server:
         dribbler = Dribbler(server, [slow_header] * 80 + [slow_body] * 100 + [b"P"] * 20)
         dribbler.start()

@@ -125,7 +125,7 @@ def test_job_is_checked_before_it_is_taken(server):
 
 
 def test_unknown_jobs_are_not_found(server):
-    for job in (UNKNOWN, "x", "%2e%2e%2f%2e%2e%2fetc%2fpasswd", "lock"):
+    for job in (UNKNOWN, "x", "..", "lock"):
         for method, path in (("GET", ""), ("GET", "/result"), ("GET", "/events"), ("DELETE", ""), ("GET", "?wait=1s")):
             expect_error(server.request(method, "/v1/jobs/" + job + path), 404, "not_found", "job: there is no")
         for method, path in (("GET", "/result"), ("GET", "/events"), ("DELETE", "")):

@@ -37,6 +37,12 @@ static void take_header(struct head *head, char *line)
 		head->request->work.inference_length = value;
 	else if (strcasecmp(line, "Range") == 0)
 		head->request->range = value;
+	else if (strcasecmp(line, "Host") == 0)
+		head->request->site.host = value;
+	else if (strcasecmp(line, "Origin") == 0)
+		head->request->site.origin = value;
+	else if (strcasecmp(line, "Sec-Fetch-Site") == 0)
+		head->request->site.fetch = value;
 	else if (strcasecmp(line, "X-Request-Id") == 0)
 		head->id = value;
 }
@@ -67,6 +73,35 @@ static void check_headers(const struct gnpd_request *request)
 	size_t first, count;
 	if (gnpd_range_parse(request->range, 100, &first, &count) == GNPD_RANGE_PART)
 		FUZZ_REQUIRE(count > 0 && first < 100 && count <= 100 - first);
+}
+
+/* The target's name counts before Host's. A name that passes without being allowed passes any list, and an origin that is no URL is
+ * nobody's. */
+static gnp_status check_site(struct gnpd_request *request, struct gnp_error *error)
+{
+	struct gnpd_site *site = &request->site;
+	if (request->target.authority)
+		site->host = request->target.authority;
+	gnp_status status = gnpd_site_check_host(site, "", NULL);
+	FUZZ_REQUIRE(status != GNP_OK || gnpd_site_check_host(site, "gnp.example.org", NULL) == GNP_OK);
+	FUZZ_REQUIRE((status == GNP_INVALID_ARGUMENT) == (gnpd_site_check_host(site, "*", NULL) != GNP_OK));
+	if (site->host && gnpd_site_check_list(site->host, NULL) == GNP_OK && !strpbrk(site->host, ", \t") && *site->host)
+		FUZZ_REQUIRE(gnpd_site_check_host(site, site->host, NULL) != GNP_FORBIDDEN);
+	if (!site->fetch && site->origin && !strstr(site->origin, "://"))
+		FUZZ_REQUIRE(gnpd_site_check_origin(site, "*", NULL) == GNP_FORBIDDEN);
+	status = gnpd_site_check_host(site, "gnp.example.org", error);
+	return status == GNP_OK ? gnpd_site_check_origin(site, "gnp.example.org", error) : status;
+}
+
+/* Segments are not empty and lie in the path as they came. */
+static void check_target(const struct gnpd_target *target)
+{
+	size_t size = 0;
+	for (unsigned i = 0; target->valid && i < target->count; i++) {
+		FUZZ_REQUIRE(*target->segments[i] && !strpbrk(target->segments[i], "/%?"));
+		size += 1 + strlen(target->segments[i]);
+	}
+	FUZZ_REQUIRE(!target->valid || strlen(target->path) == (size ? size : 1));
 }
 
 /* ?wait= and ?timeout= are lengths of time. */
@@ -107,6 +142,9 @@ static void handle(struct gnpd_request *request, char *line, char *rest, struct 
 	gnpd_request_set_id(request, head.id);
 	gnp_status status = gnpd_strict_finish(&head.strict, version ? version : "HTTP/1.1", error);
 	check_headers(request);
+	check_target(&request->target);
+	if (status == GNP_OK)
+		status = check_site(request, error);
 	if (status == GNP_OK)
 		status = gnpd_routes_match(request, error);
 	if (status == GNP_OK)

@@ -23,8 +23,8 @@ def soak_connections_that_come_and_go():
 def soak_slow_senders():
     """Headers and bodies a byte a second, with others served meanwhile."""
     half = 400 // FEW
-    header = b"GET /v2 HTTP/1.1\r\nHost: a\r\nX-Slow: "
-    body = b"POST /v1/estimate HTTP/1.1\r\nHost: a\r\nContent-Length: 100000\r\n\r\n"
+    header = b"GET /v2 HTTP/1.1\r\nHost: localhost\r\nX-Slow: "
+    body = b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"
     with harness.Server(header_seconds=8, body_grace_seconds=6, min_body_rate=1000, max_connections=2000) as server:
         before = abuse.settle(server)
         dribbler = test_hostile.Dribbler(server, [header] * half + [body] * half)
