@@ -127,7 +127,7 @@ static bool wait_signal(struct gnpd_server *server, double seconds)
 	double until = seconds < 0 ? INFINITY : gnp_clock() + seconds;
 	for (;;) {
 		while (take(&arrived.hangups))
-			gnpd_log_event(&server->log, "info", "SIGHUP: reload %lu", gnpd_reloader_ask(server->reloader));
+			gnpd_log_event(&server->log, GNPD_LOG_INFO, "SIGHUP: reload %lu", gnpd_reloader_ask(server->reloader));
 		if (take(&arrived.stops))
 			return true;
 		give_sign(server);
@@ -153,12 +153,12 @@ static void drain(struct gnpd_server *server)
 	const double last_words = 1; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
 	gnpd_notify_stopping(server->notify, server->config->drain_seconds + last_words);
-	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "draining: %zu requests under way", atomic_load(&server->active));
 	gnpd_jobs_park(server->jobs);
 	gnpd_watchers_end(server->watchers);
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
-	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
+	gnpd_log_event(&server->log, GNPD_LOG_WARNING, "cancelling %zu requests", atomic_load(&server->active));
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
 	wait_drained(server, last_words);
 }
@@ -183,7 +183,7 @@ static gnp_status serve(struct gnpd_server *server, const struct gnpd_inherited 
 		status = gnpd_listeners_start_take(server, inherited, &listeners, error);
 	if (status != GNP_OK)
 		return status;
-	gnpd_log_event(&server->log, "info", "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
 	gnpd_notify_ready(server->notify);
 	wait_signal(server, -1);
 	drain(server);
@@ -270,7 +270,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	gnp_pool_free(server.pool);
 	gnp_buffer_clear(&server.openapi);
 	if (status == GNP_OK)
-		gnpd_log_event(&server.log, "info", "stopped");
+		gnpd_log_event(&server.log, GNPD_LOG_INFO, "stopped");
 	gnpd_log_fini(&server.log);
 	return status;
 }

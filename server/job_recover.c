@@ -89,7 +89,7 @@ gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error)
 		gnpd_job_record_clear(&found.records[i]);
 	free(found.records);
 	if (status == GNP_OK && (jobs->count || found.damaged))
-		gnpd_log_event(&jobs->server->log, "info", "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_INFO, "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
 		               jobs->store.path, jobs->count, (unsigned long long)jobs->counts.recovered, found.damaged);
 	return status;
 }

@@ -143,7 +143,8 @@ static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
 		read_checkpoint(run);
 	if (status != GNP_TOO_LARGE)
 		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: begins anew without its checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
+	               cause.text);
 	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	run->checkpoint_bytes = 0;
 	return GNP_OK;
@@ -197,7 +198,7 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 	pthread_mutex_unlock(&run->jobs->lock);
 	if (status == GNP_OK)
 		return GNP_OK;
-	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
 	return gnp_error_set(error, status, "%s", cause.text);
 }
 
@@ -382,7 +383,7 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 	if (status == GNP_OK)
 		atomic_fetch_add(&server->metrics.points, run->work.call.points);
 	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
-	gnpd_log_event(&server->log, "info", "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
 	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
 	               *error->text ? ": " : "", error->text);
 }

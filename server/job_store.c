@@ -470,7 +470,7 @@ static void set_aside(struct gnpd_job_store *store, const struct damage *damage,
 		snprintf(aside, sizeof aside, "%s%s", name, damaged_suffix);
 		renameat(store->disk.folder, name, store->disk.folder, aside);
 	}
-	gnpd_log_event(log, "error", "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
+	gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
 	               damage->cause.text);
 }
 
@@ -518,7 +518,7 @@ static void tidy(struct gnpd_job_store *store, const char *name, const struct gn
 		return;
 	snprintf(whole, sizeof whole, "%.*s", (int)(strlen(name) - (half ? sizeof new_suffix - 1 : 0)), name);
 	if (!name_parse(whole, id, &file)) {
-		gnpd_log_event(log, "warning", "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
+		gnpd_log_event(log, GNPD_LOG_WARNING, "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
 		return;
 	}
 	if (!half && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))

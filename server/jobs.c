@@ -66,7 +66,7 @@ void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *
 	struct gnp_error error = {0};
 	if (gnpd_job_commit(job, next, &error) == GNP_OK)
 		return;
-	gnpd_log_event(&job->jobs->server->log, "error", "job %s is %s, which could not be written: %s", next->id,
+	gnpd_log_event(&job->jobs->server->log, GNPD_LOG_ERROR, "job %s is %s, which could not be written: %s", next->id,
 	               gnpd_job_state_name(next->state), error.text);
 	gnpd_job_publish(job, next);
 }
@@ -152,7 +152,7 @@ static void cancel(struct gnpd_job *job)
 		pthread_mutex_lock(&jobs->disk);
 		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
-		gnpd_log_event(&jobs->server->log, "error", "job %s is cancelled, which could not be written%s: %s", next.id,
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s", next.id,
 		               removed ? ", and is removed" : "", error.text);
 		gnpd_job_publish(job, &next);
 	}
@@ -200,7 +200,7 @@ static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
 		status = put(job, &record, &error);
 	pthread_mutex_unlock(&jobs->disk);
 	if (status != GNP_OK)
-		gnpd_log_event(&jobs->server->log, "warning", "job %s is being cancelled, which could not be written: %s", record.id, error.text);
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s", record.id, error.text);
 }
 
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error)
