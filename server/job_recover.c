@@ -33,9 +33,11 @@ static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 {
 	record->error = GNP_INTERNAL;
 	snprintf(record->error_text, sizeof record->error_text,
-	         "the daemon ended while it ran, in run %llu of at most %zu (jobs-attempts); the job may be what ends it: make it smaller, "
-	         "or ask the operator before it is submitted again",
-	         (unsigned long long)record->attempts, jobs->server->config->jobs_attempts);
+	         "the process died %llu time%s while this job ran%s (jobs-attempts: %zu); the job may be what ends it: make it smaller, or ask "
+	         "the operator before it is submitted again",
+	         (unsigned long long)record->attempts, record->attempts == 1 ? "" : "s",
+	         record->attempts == 1 ? "" : ", at last with no other job beside it", jobs->server->config->jobs_attempts);
+	gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s: failed: %s", record->id, record->error_text);
 	end(jobs, record, GNPD_JOB_FAILED);
 }
 
@@ -65,10 +67,13 @@ static gnp_status take_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record
 	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
 		job->bytes[file] = file_bytes(jobs, job->record.id, (enum gnpd_job_file)file);
 	gnp_status status = gnpd_jobs_insert(jobs, job, error);
-	if (status != GNP_OK)
+	if (status != GNP_OK) {
 		gnpd_job_free(job);
-	else if (!gnpd_job_state_is_final(job->record.state))
+	} else if (!gnpd_job_state_is_final(job->record.state)) {
 		jobs->counts.recovered++;
+		job->suspect = job->record.attempts > 0;
+		jobs->suspects += job->suspect;
+	}
 	return status;
 }
 
@@ -88,6 +93,9 @@ gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error)
 	for (size_t i = 0; i < found.count; i++)
 		gnpd_job_record_clear(&found.records[i]);
 	free(found.records);
+	if (jobs->suspects)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "jobs-dir: the process before died while %zu jobs ran, which run first and each "
+		               "with no other beside it", jobs->suspects);
 	if (status == GNP_OK && (jobs->count || found.damaged))
 		gnpd_log_event(&jobs->server->log, GNPD_LOG_INFO, "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
 		               jobs->store.path, jobs->count, (unsigned long long)jobs->counts.recovered, found.damaged);

@@ -66,7 +66,7 @@ size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs);
 
 /* What the metrics tell. */
 struct gnpd_jobs_counts {
-	size_t states[GNPD_JOB_STATES], bytes, memory;
+	size_t states[GNPD_JOB_STATES], suspects, bytes, memory;
 	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
 	uint64_t ended[GNPD_JOB_STATES];
 	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;

@@ -73,7 +73,7 @@ static void *reload_when_asked(void *context)
 		reloader->state.done = number;
 		memcpy(reloader->state.faults, faults, sizeof faults);
 		pthread_mutex_unlock(&reloader->lock);
-		if (!atomic_load(&reloader->server->draining))
+		if (!atomic_load(&reloader->server->leaving))
 			gnpd_notify_ready(reloader->server->notify);
 	}
 	return NULL;
