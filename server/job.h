@@ -24,6 +24,7 @@ struct gnpd_job {
 	bool cancelled;                /* somebody asked for its end; the record's member is that on disk */
 	bool parked;                   /* left to the next process: in no queue and nobody's */
 	bool removed;
+	bool company;                  /* requests are computed beside its run; the record's member is that on disk */
 	bool suspect;                  /* a process died while it ran, and it has not got further since */
 	struct gnpd_work *work;        /* while it runs */
 	double began;                  /* gnp_clock() */
@@ -39,6 +40,7 @@ struct gnpd_jobs {
 	bool gathering;                 /* a job gathers its memory: two that each hold a part would wait for each other */
 	size_t suspects;                /* how many there are: they run first, and one at a time */
 	struct gnpd_job *alone;         /* the one that runs */
+	atomic_bool has_alone;          /* whether there is one, for those that only look */
 	pthread_cond_t change;          /* of what jobs on their runners may wait for */
 	uint64_t changes;
 	atomic_size_t patient;          /* those that wait for memory */

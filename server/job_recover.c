@@ -21,7 +21,7 @@ static size_t file_bytes(struct gnpd_jobs *jobs, const char *id, enum gnpd_job_f
 static void end(struct gnpd_jobs *jobs, struct gnpd_job_record *record, enum gnpd_job_state state)
 {
 	record->state = state;
-	record->cancelled = false;
+	record->cancelled = record->company = false;
 	record->finished = gnpd_clock_now();
 	jobs->counts.ended[state]++;
 	gnpd_job_store_put_record(&jobs->store, record, NULL);
@@ -41,12 +41,19 @@ static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 	end(jobs, record, GNPD_JOB_FAILED);
 }
 
+/* Deaths in company may have been others' doing, such as a request that is sent again whenever it ended the process; not for ever. */
+static uint64_t deaths_allowed(const struct gnpd_jobs *jobs, const struct gnpd_job_record *record)
+{
+	enum { COMPANY = 3 };
+	return jobs->server->config->jobs_attempts + (record->company ? COMPANY : 0);
+}
+
 /* Decides what becomes of a job that was not over. */
 static void decide(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 {
 	if (record->cancelled)
 		end(jobs, record, GNPD_JOB_CANCELLED);
-	else if (record->state == GNPD_JOB_RUNNING && record->attempts >= jobs->server->config->jobs_attempts)
+	else if (record->state == GNPD_JOB_RUNNING && record->attempts >= deaths_allowed(jobs, record))
 		give_up(jobs, record);
 	else
 		record->state = GNPD_JOB_QUEUED;

@@ -482,9 +482,15 @@ static bool take_place(struct gnpd_job *job)
 	while (!jobs->parking && !job->cancelled && (jobs->opening || (job->suspect ? jobs->alone != NULL : jobs->suspects > 0)))
 		pthread_cond_wait(&jobs->change, &jobs->lock);
 	bool wanted = !jobs->parking && !job->cancelled;
-	if (wanted && job->suspect)
+	bool alone = wanted && job->suspect;
+	if (alone) {
 		jobs->alone = job;
+		job->company = false;
+		atomic_store(&jobs->has_alone, true);
+	}
 	pthread_mutex_unlock(&jobs->lock);
+	if (alone && gnpd_queue_state(jobs->server->queue).running > 0)
+		gnpd_jobs_keep_company(jobs);
 	return wanted;
 }
 

@@ -39,6 +39,7 @@ static gnp_status put(struct gnpd_job *job, const struct gnpd_job_record *next, 
 	struct gnpd_job_record record = *next;
 	pthread_mutex_lock(&jobs->lock);
 	record.cancelled = job->cancelled && !gnpd_job_state_is_final(next->state);
+	record.company = job->company && next->state == GNPD_JOB_RUNNING;
 	record.attempts -= jobs->parking && next->state == GNPD_JOB_RUNNING;
 	pthread_mutex_unlock(&jobs->lock);
 	return gnpd_job_store_put_record(&jobs->store, &record, error);
@@ -258,8 +259,10 @@ void gnpd_job_trust(struct gnpd_job *job)
 		return;
 	job->suspect = false;
 	jobs->suspects--;
-	if (jobs->alone == job)
+	if (jobs->alone == job) {
 		jobs->alone = NULL;
+		atomic_store(&jobs->has_alone, false);
+	}
 	gnpd_jobs_changed(jobs);
 }
 
@@ -284,6 +287,26 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 	}
 	*out = jobs;
 	return GNP_OK;
+}
+
+void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
+{
+	if (!atomic_load(&jobs->has_alone))
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	struct gnpd_job *job = jobs->alone && !jobs->alone->company ? jobs->alone : NULL;
+	if (job) {
+		job->company = true;
+		job->references++;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	if (!job)
+		return;
+	struct gnp_error error = {0};
+	if (gnpd_job_write_again(job, &error) != GNP_OK)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s", job->record.id,
+		               error.text);
+	gnpd_job_release(job);
 }
 
 /* What an earlier process left, in the order it came. */

@@ -18,6 +18,8 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error);
 /* No job begins any more, those that run are stopped at once and left for the next process, new ones are refused. */
 void gnpd_jobs_park(struct gnpd_jobs *jobs);
+/* A request is about to be computed: should the process die, a suspected job that runs alone is not to blame as if nothing else had run. */
+void gnpd_jobs_keep_company(struct gnpd_jobs *jobs);
 /* Parks and waits for the end of what runs. No reference may be held any more. NULL is allowed. */
 void gnpd_jobs_free(struct gnpd_jobs *jobs);
 
