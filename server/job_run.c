@@ -473,13 +473,23 @@ static void run_job(struct gnpd_job *job)
 		gnpd_job_enqueue(job);
 }
 
+/* Lock held. In the order they came, of which the runners that hold them know nothing. */
+static bool is_next_suspect(const struct gnpd_job *job)
+{
+	const struct gnpd_jobs *jobs = job->jobs;
+	for (size_t i = 0; i < jobs->count && !jobs->alone; i++)
+		if (jobs->items[i]->suspect)
+			return jobs->items[i] == job;
+	return false;
+}
+
 /* Waits while others have to be over first: a suspected job runs with no other beside it, so that of those that ran when a process died
  * only the one that did it is blamed again. False when it is not to run any more, or not here. */
 static bool take_place(struct gnpd_job *job)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	pthread_mutex_lock(&jobs->lock);
-	while (!jobs->parking && !job->cancelled && (jobs->opening || (job->suspect ? jobs->alone != NULL : jobs->suspects > 0)))
+	while (!jobs->parking && !job->cancelled && (jobs->opening || (job->suspect ? !is_next_suspect(job) : jobs->suspects > 0)))
 		pthread_cond_wait(&jobs->change, &jobs->lock);
 	bool wanted = !jobs->parking && !job->cancelled;
 	bool alone = wanted && job->suspect;
