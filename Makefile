@@ -113,6 +113,9 @@ $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
 $(OUT)/tests/test_exhaustion: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup strndup)
+# gnpd, but that some clouds are its end: what tests of its restarts need, and nothing that is installed holds.
+$(OUT)/tests/dying_gnpd: $(OUT)/server/gnpd.o $(OUT)/tests/dying_work.o $(LIB_SERVER)
+	$(LINK) $(addprefix -Wl$(comma)--wrap=,gnpd_work_finish gnpd_work_run) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/fuzz/replay_%: $(OUT)/tests/fuzz/fuzz_%.o $(OUT)/tests/fuzz/replay.o $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/fuzz/fuzz_%: $(OUT)/tests/fuzz/fuzz_%.o $(LIB_SERVER)
@@ -128,7 +131,7 @@ $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 unit: $(TESTS) ## build and run the unit tests
 	tests/run-unit $(TESTS)
 
-test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/property/property ## build and run everything; the last line is the count
+test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd $(OUT)/tests/property/property ## build and run everything; the last line is the count
 	tests/run-all $(OUT)
 
 # libFuzzer is clang's: what is fuzzed is built by clang, in a folder of its own.

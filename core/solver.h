@@ -17,8 +17,8 @@ void gnp_solver_free(struct gnp_solver *solver);
 size_t gnp_solver_bytes(const struct gnp_solver *solver);
 int gnp_solver_kind(const struct gnp_solver *solver); /* direct or iterative */
 
-/* x (count, unknowns) = solutions, a row each, of the pinned system for b (count, rows), at given points that of b. Squares of b's numbers must be numbers. report (count). The iterative
- * solver's options say how accurate; GNP_NO_CONVERGENCE with reports filled. */
+/* x (count, unknowns) = solutions, a row each, of the pinned system for b (count, rows), at given points that of b. The squares of b's numbers have
+ * to be numbers. report (count). The iterative solver's options say how accurate; GNP_NO_CONVERGENCE with reports filled. */
 gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, size_t count, const struct gnp_krylov_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
                             struct gnp_error *error);

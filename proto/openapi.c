@@ -356,7 +356,7 @@ static void put_fixed_paths(struct writer *w)
 static void put_admin_paths(struct writer *w)
 {
 	static const char error[] = "        default: {$ref: '#/components/responses/Error'}\n",
-	                  server[] = "    servers: [{url: 'http://127.0.0.1:9090', description: 'the address of admin-listen'}]\n";
+	                  server[] = "    servers: [{url: 'http://127.0.0.1:8090', description: 'the address of admin-listen'}]\n";
 	PUT(w, "  /admin/reload:\n%s    get:\n      summary: 'what the last loads of keys, certificate and weights came to'\n      responses:\n"
 	       "        '200': {description: 'done', content: {application/json: {}}}\n%s"
 	       "    post:\n      summary: 'load keys, certificate and weights again, as SIGHUP does'\n      responses:\n"

@@ -13,10 +13,11 @@
 static const struct gnp_operation *const operations[] = {&gnp_operation_estimate, &gnp_operation_filter,
                                                          &gnp_operation_flow, &gnp_operation_laplacian, &gnp_operation_poisson,
                                                          &gnp_operation_heat, &gnp_operation_geodesic, &gnp_operation_spectrum};
+_Static_assert(sizeof operations / sizeof operations[0] == GNP_OPERATIONS, "tables beside this one have a row for each operation");
 
 const struct gnp_operation *gnp_operation_at(size_t i)
 {
-	return i < sizeof operations / sizeof operations[0] ? operations[i] : NULL;
+	return i < GNP_OPERATIONS ? operations[i] : NULL;
 }
 
 const struct gnp_operation *gnp_operation_find(const char *name)

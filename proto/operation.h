@@ -72,6 +72,7 @@ struct gnp_operation {
 	                  struct gnp_error *error);
 };
 
+enum { GNP_OPERATIONS = 8 };
 /* The i-th operation, or NULL past the last; by name, or NULL. */
 const struct gnp_operation *gnp_operation_at(size_t i);
 const struct gnp_operation *gnp_operation_find(const char *name);

@@ -10,7 +10,7 @@
 gnp_status gnpd_admin_reload(struct gnpd_request *request, struct gnp_error *error)
 {
 	unsigned long number = gnpd_reloader_ask(request->server->reloader);
-	gnpd_log_event(&request->server->log, "info", "reload %lu: asked for by the admin listener", number);
+	gnpd_log_event(&request->server->log, GNPD_LOG_INFO, "reload %lu: asked for by the admin listener", number);
 	gnpd_reply_header(request, "Location", "/admin/reload");
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 202), error, "{\"reload\":%lu}\n", number);
 }
@@ -60,7 +60,7 @@ gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_err
 		status = read_level(&values, &level, error);
 	if (status == GNP_OK) {
 		atomic_store(&request->server->log.level, (int)level);
-		gnpd_log_event(&request->server->log, "warning", "log-level: %s from now on", gnpd_log_level_name(level));
+		gnpd_log_event(&request->server->log, GNPD_LOG_WARNING, "log-level: %s from now on", gnpd_log_level_name(level));
 		status = answer_level(request, error);
 	}
 	gnp_values_clear(&values);

@@ -51,6 +51,7 @@ struct gnpd_config {
 	double reply_seconds;               /* for the client to take the answer */
 	double idle_seconds;                /* between requests of a connection */
 	double work_seconds;                /* from the end of the body to the answer, waiting included */
+	double drain_notice_seconds;        /* for load balancers to hear that it is not ready, before it drains */
 	double drain_seconds;               /* for running work after SIGTERM */
 	double retry_after_seconds;         /* what a 503 tells the client */
 	char jobs_dir[GNPD_CONFIG_TEXT];    /* "": jobs do not survive the process */
@@ -60,7 +61,7 @@ struct gnpd_config {
 	size_t jobs_memory_bytes;           /* of queue_bytes that jobs may hold; 0: three quarters */
 	size_t jobs_queue_count;            /* jobs that may wait for a runner */
 	size_t jobs_watch_count;            /* requests that may wait for a job to change */
-	size_t jobs_attempts;               /* runs of a job that the process may end in */
+	size_t jobs_attempts;               /* deaths of the process while it runs, after which a job has failed */
 	double jobs_seconds;                /* a run of a job */
 	double jobs_ttl_seconds;            /* before a job that is over expires, and again before it is forgotten */
 	double jobs_wait_seconds;           /* of a long poll */

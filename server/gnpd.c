@@ -88,6 +88,15 @@ static gnp_status raise_file_limit(const struct gnpd_config *config, struct gnp_
 	return GNP_OK;
 }
 
+static const double LAST_WORDS = 1; /* seconds for cancelled requests to get their answer */
+
+/* For work that was cancelled to come to its end: as many as it had before it was. */
+static double end_seconds(const struct gnpd_config *config)
+{
+	const double least = 5;
+	return fmax(config->drain_seconds, least);
+}
+
 /* What the service manager hears: a sign of life as long as the watching thread and the queue answer, and a line for people. */
 static void give_sign(struct gnpd_server *server)
 {
@@ -97,8 +106,8 @@ static void give_sign(struct gnpd_server *server)
 	struct gnpd_queue_state state = gnpd_queue_state(server->queue);
 	if (gnpd_reaper_silence(server->reaper) < silence_max)
 		gnpd_notify_alive(server->notify);
-	gnpd_notify_status(server->notify, "%s: %zu running, %zu waiting", atomic_load(&server->draining) ? "draining" : "ready",
-	                   state.running, state.waiting);
+	const char *phase = atomic_load(&server->draining) ? "draining" : atomic_load(&server->leaving) ? "not ready" : "ready";
+	gnpd_notify_status(server->notify, "%s: %zu running, %zu waiting", phase, state.running, state.waiting);
 }
 
 static void give_memory_back(struct gnpd_server *server)
@@ -127,7 +136,7 @@ static bool wait_signal(struct gnpd_server *server, double seconds)
 	double until = seconds < 0 ? INFINITY : gnp_clock() + seconds;
 	for (;;) {
 		while (take(&arrived.hangups))
-			gnpd_log_event(&server->log, "info", "SIGHUP: reload %lu", gnpd_reloader_ask(server->reloader));
+			gnpd_log_event(&server->log, GNPD_LOG_INFO, "SIGHUP: reload %lu", gnpd_reloader_ask(server->reloader));
 		if (take(&arrived.stops))
 			return true;
 		give_sign(server);
@@ -135,6 +144,19 @@ static bool wait_signal(struct gnpd_server *server, double seconds)
 		if (!sleep_until(server, until))
 			return false;
 	}
+}
+
+/* Load balancers hear that it is not ready, and have time to turn to others: until it is over, all is served as ever. Another signal
+ * ends it. */
+static void give_notice(struct gnpd_server *server)
+{
+	double seconds = server->config->drain_notice_seconds;
+	atomic_store(&server->leaving, true);
+	gnpd_notify_stopping(server->notify, seconds + server->config->drain_seconds + LAST_WORDS + end_seconds(server->config));
+	if (seconds <= 0)
+		return;
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "not ready; serving for %.15g s more (drain-notice-seconds)", seconds);
+	wait_signal(server, seconds);
 }
 
 /* Waits until no request is under way; false when the time is over or another signal came. */
@@ -150,29 +172,44 @@ static bool wait_drained(struct gnpd_server *server, double seconds)
 
 static void drain(struct gnpd_server *server)
 {
-	const double last_words = 1; /* seconds for cancelled requests to get their answer */
 	atomic_store(&server->draining, true);
-	gnpd_notify_stopping(server->notify, server->config->drain_seconds + last_words);
-	gnpd_log_event(&server->log, "info", "draining: %zu requests under way", atomic_load(&server->active));
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "draining: %zu requests under way", atomic_load(&server->active));
 	gnpd_jobs_park(server->jobs);
 	gnpd_watchers_end(server->watchers);
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
-	gnpd_log_event(&server->log, "warning", "cancelling %zu requests", atomic_load(&server->active));
+	gnpd_log_event(&server->log, GNPD_LOG_WARNING, "cancelling %zu requests", atomic_load(&server->active));
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
-	wait_drained(server, last_words);
+	wait_drained(server, LAST_WORDS);
+}
+
+/* Work that does not hear that it is to end keeps neither the process nor what waits for its end. Its jobs were written as parked. */
+static void leave_without(struct gnpd_server *server, size_t requests, size_t jobs)
+{
+	gnpd_log_event(&server->log, GNPD_LOG_ERROR, "%zu requests and %zu jobs did not end within %.15g s of being told to: leaving without them",
+	               requests, jobs, end_seconds(server->config));
+	_exit(EXIT_FAILURE);
 }
 
 /* The library may only stop when no connection is suspended. */
 static void end_work(struct gnpd_server *server)
 {
+	double until = gnp_clock() + end_seconds(server->config);
 	gnpd_queue_close(server->queue);
 	gnpd_queue_close(server->desk);
 	gnpd_jobs_park(server->jobs);
 	gnpd_watchers_end(server->watchers);
 	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
-	while (atomic_load(&server->suspended) > 0)
-		usleep(1000);
+	for (;;) {
+		struct gnpd_jobs_counts jobs = {0};
+		size_t requests = atomic_load(&server->suspended);
+		gnpd_jobs_count(server->jobs, &jobs);
+		if (requests + jobs.states[GNPD_JOB_RUNNING] == 0)
+			return;
+		if (gnp_clock() >= until)
+			leave_without(server, requests, jobs.states[GNPD_JOB_RUNNING]);
+		wait_signal(server, 0.002);
+	}
 }
 
 static gnp_status serve(struct gnpd_server *server, const struct gnpd_inherited *inherited, struct gnp_error *error)
@@ -183,9 +220,10 @@ static gnp_status serve(struct gnpd_server *server, const struct gnpd_inherited 
 		status = gnpd_listeners_start_take(server, inherited, &listeners, error);
 	if (status != GNP_OK)
 		return status;
-	gnpd_log_event(&server->log, "info", "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "gnpd %s ready with %u workers", version, gnp_pool_workers(server->pool));
 	gnpd_notify_ready(server->notify);
 	wait_signal(server, -1);
+	give_notice(server);
 	drain(server);
 	end_work(server);
 	gnpd_listeners_stop(&listeners);
@@ -270,7 +308,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	gnp_pool_free(server.pool);
 	gnp_buffer_clear(&server.openapi);
 	if (status == GNP_OK)
-		gnpd_log_event(&server.log, "info", "stopped");
+		gnpd_log_event(&server.log, GNPD_LOG_INFO, "stopped");
 	gnpd_log_fini(&server.log);
 	return status;
 }

@@ -144,7 +144,7 @@ static void on_library_message(void *context, const char *format, va_list argume
 		return;
 	vsnprintf(text, sizeof text, format, arguments);
 	text[strcspn(text, "\n")] = '\0';
-	gnpd_log_event(&listener->server->log, "debug", "http: %s", text);
+	gnpd_log_event(&listener->server->log, GNPD_LOG_DEBUG, "http: %s", text);
 }
 
 /* The library leaves its connection with the session (daemon.c of 0.9.75, as for its own PSK callback). */

@@ -36,7 +36,7 @@ static struct MHD_Response *make_response(struct gnpd_request *request)
 static bool add_headers(struct MHD_Response *response, const struct gnpd_request *request)
 {
 	const struct gnpd_reply *reply = &request->reply;
-	bool close = reply->close || atomic_load(&request->server->draining);
+	bool close = reply->close || atomic_load(&request->server->leaving);
 	bool added = MHD_add_response_header(response, "X-Request-Id", request->id) == MHD_YES;
 	if (reply->content_type)
 		added &= MHD_add_response_header(response, MHD_HTTP_HEADER_CONTENT_TYPE, reply->content_type) == MHD_YES;

@@ -44,6 +44,8 @@ static void run_queued(struct gnpd_queued *queued)
 {
 	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
 	request->waited = gnp_clock() - request->submitted;
+	if (request->route->work == GNPD_ON_RUNNER)
+		gnpd_jobs_keep_company(request->server->jobs);
 	run_handler(request, request->route->handler);
 	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
 	resume(request);

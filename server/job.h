@@ -8,6 +8,7 @@
 #define GNPD_JOB_H
 
 #include <pthread.h>
+#include <stdatomic.h>
 
 #include "job_store.h"
 #include "jobs.h"
@@ -23,6 +24,8 @@ struct gnpd_job {
 	bool cancelled;                /* somebody asked for its end; the record's member is that on disk */
 	bool parked;                   /* left to the next process: in no queue and nobody's */
 	bool removed;
+	bool company;                  /* requests are computed beside its run; the record's member is that on disk */
+	bool suspect;                  /* a process died while it ran, and it has not got further since */
 	struct gnpd_work *work;        /* while it runs */
 	double began;                  /* gnp_clock() */
 	struct gnpd_job_progress progress;
@@ -34,7 +37,13 @@ struct gnpd_jobs {
 	struct gnpd_server *server;
 	struct gnpd_job_store store;
 	pthread_mutex_t disk, lock;
-	pthread_mutex_t turn;           /* of the job that gathers its memory: two that each hold a part would wait for each other */
+	bool gathering;                 /* a job gathers its memory: two that each hold a part would wait for each other */
+	size_t suspects;                /* how many there are: they run first, and one at a time */
+	struct gnpd_job *alone;         /* the one that runs */
+	atomic_bool has_alone;          /* whether there is one, for those that only look */
+	pthread_cond_t change;          /* of what jobs on their runners may wait for */
+	uint64_t changes;
+	atomic_size_t patient;          /* those that wait for memory */
 	pthread_cond_t wake;            /* of the clerk */
 	struct gnpd_queue *queue;
 	struct gnpd_job **items;        /* (count), by id */
@@ -42,6 +51,7 @@ struct gnpd_jobs {
 	size_t bytes;                   /* sum of theirs */
 	size_t memory;                  /* that those that run have reserved */
 	int64_t last;                   /* microseconds of the newest id */
+	bool opening;                   /* what an earlier process left is still being queued, and none of it runs yet */
 	bool parking, stopping, clerk_runs;
 	double silent_until;            /* gnp_clock() before which the clerk does not complain again; the clerk's */
 	pthread_t clerk;
@@ -66,6 +76,8 @@ gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_recor
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
 /* The same, and what cannot be written is the job's in memory nevertheless. Says so in the log. */
 void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *next);
+/* Writes the record once more as it is, with what was asked for since; of a job that is over nothing. */
+gnp_status gnpd_job_write_again(struct gnpd_job *job, struct gnp_error *error);
 /* Makes a record that is written the job's, in memory. */
 void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next);
 /* A shallow copy. */
@@ -80,6 +92,11 @@ gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct
 
 /* Removes the job, which is over, with its files. disk is held. */
 gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error);
+
+/* Lock held. What jobs on their runners wait for may have come. */
+void gnpd_jobs_changed(struct gnpd_jobs *jobs);
+/* Lock held. The job has ended or got further than the runs that a process died in: others may run beside it. */
+void gnpd_job_trust(struct gnpd_job *job);
 
 /* Into the runners' queue, with a reference of its own; a queue that was closed leaves the job to the next process. */
 void gnpd_job_enqueue(struct gnpd_job *job);

@@ -15,6 +15,7 @@ static void stop_if_overdue(struct gnpd_jobs *jobs, struct gnpd_work *work)
 	if (gnp_clock() <= atomic_load(&work->deadline) || gnp_task_check(&work->task, NULL) != GNP_OK)
 		return;
 	gnp_task_stop(&work->task, GNP_DEADLINE);
+	gnpd_jobs_changed(jobs);
 	gnpd_metrics_cancel(&jobs->server->metrics, GNPD_CANCEL_DEADLINE);
 }
 
@@ -83,7 +84,7 @@ static gnp_status expire(struct gnpd_job *job, struct gnp_error *error)
 	next.state = GNPD_JOB_EXPIRED;
 	gnp_status status = write_expired(job, &next, &cause);
 	if (status != GNP_OK && gnpd_job_remove(job, NULL) == GNP_OK) {
-		gnpd_log_event(&jobs->server->log, "error", "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
 		return GNP_OK;
 	}
 	if (status != GNP_OK)
@@ -100,7 +101,7 @@ static void complain(struct gnpd_jobs *jobs, size_t failed, const struct gnp_err
 	if (now < jobs->silent_until)
 		return;
 	jobs->silent_until = now + SILENCE;
-	gnpd_log_event(&jobs->server->log, "error", "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
+	gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
 	               AGAIN, error->text);
 }
 
@@ -155,13 +156,46 @@ void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
 	}
 }
 
+/* A reference to the next job after the id that runs, or NULL. */
+static struct gnpd_job *find_running(struct gnpd_jobs *jobs, const char *after)
+{
+	struct gnpd_job *running = NULL;
+	pthread_mutex_lock(&jobs->lock);
+	for (size_t i = 0; i < jobs->count && !running; i++)
+		if (jobs->items[i]->record.state == GNPD_JOB_RUNNING && strcmp(jobs->items[i]->record.id, after) > 0)
+			running = jobs->items[i];
+	if (running)
+		running->references++;
+	pthread_mutex_unlock(&jobs->lock);
+	return running;
+}
+
+/* Writes of those that run that their runs are no attempts: one that does not stop in time is killed with the process. */
+static void excuse(struct gnpd_jobs *jobs)
+{
+	char after[GNPD_JOB_ID + 1] = "";
+	struct gnp_error error = {0};
+	struct gnpd_job *job;
+	while ((job = find_running(jobs, after))) {
+		snprintf(after, sizeof after, "%s", job->record.id);
+		if (gnpd_job_write_again(job, &error) != GNP_OK)
+			gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being parked, which could not be written: %s", after, error.text);
+		gnpd_job_release(job);
+	}
+}
+
 void *gnpd_job_clerk(void *argument)
 {
 	struct gnpd_jobs *jobs = argument;
+	bool excused = false;
 	pthread_mutex_lock(&jobs->lock);
 	while (!jobs->stopping) {
+		bool parking = jobs->parking;
 		look_about(jobs);
 		pthread_mutex_unlock(&jobs->lock);
+		if (parking && !excused)
+			excuse(jobs);
+		excused = parking;
 		let_go(jobs);
 		pthread_mutex_lock(&jobs->lock);
 		if (!jobs->stopping)

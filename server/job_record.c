@@ -36,6 +36,7 @@ static const struct member members[] = {
 	{"state", STATE, AT(state), 0, true},
 	{"cancelled", FLAG, AT(cancelled), 0, false},
 	{"attempts", NUMBER, AT(attempts), 0, true},
+	{"company", FLAG, AT(company), 0, false},
 	{"created", TIME, AT(created), 0, true},
 	{"started", TIME, AT(started), 0, true},
 	{"finished", TIME, AT(finished), 0, true},

@@ -38,6 +38,7 @@ struct gnpd_job_record {
 	enum gnpd_job_state state;
 	bool cancelled;                /* somebody asked for its end, which has not come yet */
 	uint64_t attempts;             /* runs that began and whose end is not known */
+	bool company;                  /* requests were computed beside the last of them */
 	int64_t created, started, finished; /* microseconds since the epoch; 0: not yet */
 	gnp_status error;              /* why it failed; GNP_OK else */
 	char error_text[GNP_ERROR_TEXT];

@@ -19,33 +19,67 @@ struct run {
 	struct gnp_checkpoint checkpoint;
 	struct gnp_buffer kept;  /* the checkpoint it begins from */
 	size_t checkpoint_bytes; /* of the file */
+	bool had_checkpoint;     /* when it began */
 	size_t memory;           /* reserved of what jobs may hold */
 };
 
 /* ---- Gathering what it needs ---- */
 
-/* Asks `take` again and again while the answer is that others hold what is needed. */
+static uint64_t changes_now(struct gnpd_jobs *jobs)
+{
+	pthread_mutex_lock(&jobs->lock);
+	uint64_t changes = jobs->changes;
+	pthread_mutex_unlock(&jobs->lock);
+	return changes;
+}
+
+static void wait_change(struct gnpd_jobs *jobs, uint64_t seen)
+{
+	pthread_mutex_lock(&jobs->lock);
+	while (jobs->changes == seen)
+		pthread_cond_wait(&jobs->change, &jobs->lock);
+	pthread_mutex_unlock(&jobs->lock);
+}
+
+/* Asks `take` again after every change while the answer is that others hold what is needed. */
 static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run, size_t bytes, struct gnp_error *error), size_t bytes,
                              struct gnp_error *error)
 {
+	struct gnpd_jobs *jobs = run->jobs;
+	struct gnp_error cause;
+	gnp_status status;
+	atomic_fetch_add(&jobs->patient, 1); /* before the first look: who releases later sees it */
 	for (;;) {
-		struct gnp_error cause = {0};
-		gnp_status status = gnp_task_check(&run->work.task, &cause);
+		uint64_t seen = changes_now(jobs);
+		cause = (struct gnp_error){0};
+		status = gnp_task_check(&run->work.task, &cause);
 		if (status == GNP_OK)
 			status = take(run, bytes, &cause);
-		if (status != GNP_OVERLOADED) {
-			if (status != GNP_OK)
-				gnp_error_set(error, status, "%s", cause.text);
-			return status;
-		}
-		usleep(20000);
+		if (status != GNP_OVERLOADED)
+			break;
+		wait_change(jobs, seen);
 	}
+	atomic_fetch_sub(&jobs->patient, 1);
+	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
 }
 
 static gnp_status take_turn(struct run *run, size_t none, struct gnp_error *error)
 {
+	struct gnpd_jobs *jobs = run->jobs;
 	(void)none;
-	return pthread_mutex_trylock(&run->jobs->turn) == 0 ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
+	pthread_mutex_lock(&jobs->lock);
+	bool taken = !jobs->gathering;
+	jobs->gathering = true;
+	pthread_mutex_unlock(&jobs->lock);
+	return taken ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
+}
+
+static void give_turn(struct gnpd_jobs *jobs)
+{
+	pthread_mutex_lock(&jobs->lock);
+	jobs->gathering = false;
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
 }
 
 /* Of the share of jobs. */
@@ -73,6 +107,7 @@ static void release_share(struct run *run, size_t bytes)
 	pthread_mutex_lock(&run->jobs->lock);
 	run->jobs->memory -= bytes;
 	run->memory -= bytes;
+	gnpd_jobs_changed(run->jobs);
 	pthread_mutex_unlock(&run->jobs->lock);
 }
 
@@ -144,7 +179,8 @@ static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
 		read_checkpoint(run);
 	if (status != GNP_TOO_LARGE)
 		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: begins anew without its checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
+	               cause.text);
 	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	run->checkpoint_bytes = 0;
 	return GNP_OK;
@@ -165,7 +201,7 @@ static gnp_status gather(struct run *run, struct gnp_error *error)
 		status = reserve(run, run->work.call.memory, error);
 	if (status == GNP_OK)
 		status = take_checkpoint(run, error);
-	pthread_mutex_unlock(&run->jobs->turn);
+	give_turn(run->jobs);
 	return status;
 }
 
@@ -177,6 +213,26 @@ static size_t sum(const struct gnp_piece *pieces, size_t count)
 	for (size_t i = 0; i < count; i++)
 		size += pieces[i].size;
 	return size;
+}
+
+/* A run that got further than those a process died in has paid for them. Where others are suspected it makes way for them, so that they
+ * have no other beside them either. */
+static void prove(struct run *run)
+{
+	struct gnpd_job *job = run->job;
+	struct gnpd_jobs *jobs = run->jobs;
+	struct gnpd_job_record next = gnpd_job_record_now(job);
+	bool further = !run->had_checkpoint || atomic_load(&run->work.task.skipped) > 0;
+	if (next.attempts <= 1 || !further)
+		return;
+	next.attempts = 1;
+	if (gnpd_job_commit(job, &next, NULL) != GNP_OK)
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	gnpd_job_trust(job);
+	if (jobs->suspects)
+		gnp_task_stop(&run->work.task, GNP_DRAINING);
+	pthread_mutex_unlock(&jobs->lock);
 }
 
 /* While the new one is written the old one is there as well, but the quota counts one. */
@@ -196,9 +252,11 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 	pthread_mutex_lock(&run->jobs->lock);
 	run->jobs->counts.checkpoints += status == GNP_OK;
 	pthread_mutex_unlock(&run->jobs->lock);
-	if (status == GNP_OK)
+	if (status == GNP_OK) {
+		prove(run);
 		return GNP_OK;
-	gnpd_log_event(&run->jobs->server->log, "warning", "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	}
+	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
 	return gnp_error_set(error, status, "%s", cause.text);
 }
 
@@ -256,6 +314,7 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 	if (fd >= 0) {
 		close(fd);
 		run->checkpoint_bytes = size;
+		run->had_checkpoint = true;
 	}
 	return gnpd_job_commit(run->job, &next, error);
 }
@@ -380,7 +439,7 @@ static void fail(struct run *run, gnp_status status, const struct gnp_error *err
 		gnpd_job_commit_anyway(run->job, &next);
 }
 
-/* As if this run had never been, but for its checkpoint. */
+/* As if this run had never been, but for its checkpoint: for the next process, or for when those it made way for are over. */
 static void park(struct run *run)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
@@ -388,7 +447,6 @@ static void park(struct run *run)
 	next.started = 0;
 	next.attempts--;
 	gnpd_job_commit_anyway(run->job, &next);
-	gnpd_job_leave(run->job);
 }
 
 static void end(struct run *run, gnp_status status, struct gnp_error *error)
@@ -406,7 +464,7 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 	if (status == GNP_OK)
 		atomic_fetch_add(&server->metrics.points, run->work.call.points);
 	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
-	gnpd_log_event(&server->log, "info", "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	gnpd_log_event(&server->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
 	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
 	               *error->text ? ": " : "", error->text);
 }
@@ -435,15 +493,45 @@ static void run_job(struct gnpd_job *job)
 	release_share(&run, run.memory);
 	gnpd_reply_clear(&run.reply);
 	gnp_buffer_clear(&run.kept);
+	if (status == GNP_DRAINING)
+		gnpd_job_enqueue(job);
+}
+
+/* Lock held. In the order they came, of which the runners that hold them know nothing. */
+static bool is_next_suspect(const struct gnpd_job *job)
+{
+	const struct gnpd_jobs *jobs = job->jobs;
+	for (size_t i = 0; i < jobs->count && !jobs->alone; i++)
+		if (jobs->items[i]->suspect)
+			return jobs->items[i] == job;
+	return false;
+}
+
+/* Waits while others have to be over first: a suspected job runs with no other beside it, so that of those that ran when a process died
+ * only the one that did it is blamed again. False when it is not to run any more, or not here. */
+static bool take_place(struct gnpd_job *job)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	pthread_mutex_lock(&jobs->lock);
+	while (!jobs->parking && !job->cancelled && (jobs->opening || (job->suspect ? !is_next_suspect(job) : jobs->suspects > 0)))
+		pthread_cond_wait(&jobs->change, &jobs->lock);
+	bool wanted = !jobs->parking && !job->cancelled;
+	bool alone = wanted && job->suspect;
+	if (alone) {
+		jobs->alone = job;
+		job->company = false;
+		atomic_store(&jobs->has_alone, true);
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	if (alone && gnpd_queue_state(jobs->server->queue).running > 0)
+		gnpd_jobs_keep_company(jobs);
+	return wanted;
 }
 
 void gnpd_job_run(struct gnpd_queued *queued)
 {
 	struct gnpd_job *job = (struct gnpd_job *)((char *)queued - offsetof(struct gnpd_job, queued));
-	pthread_mutex_lock(&job->jobs->lock);
-	bool wanted = !job->jobs->parking;
-	pthread_mutex_unlock(&job->jobs->lock);
-	if (wanted)
+	if (take_place(job))
 		run_job(job);
 	else
 		gnpd_job_leave(job);

@@ -468,9 +468,12 @@ static void set_aside(struct gnpd_job_store *store, const struct damage *damage,
 		char name[FILE_NAME], aside[FILE_NAME + sizeof damaged_suffix];
 		file_name(damage->id, (enum gnpd_job_file)f, name);
 		snprintf(aside, sizeof aside, "%s%s", name, damaged_suffix);
-		renameat(store->disk.folder, name, store->disk.folder, aside);
+		if (renameat(store->disk.folder, name, store->disk.folder, aside) == 0 || errno == ENOENT)
+			continue;
+		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: damaged, and %s/%s cannot be set aside and stays: %s", damage->id, store->path, name,
+		               strerror(errno));
 	}
-	gnpd_log_event(log, "error", "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
+	gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
 	               damage->cause.text);
 }
 
@@ -512,8 +515,18 @@ static bool wanted(const struct gnpd_job_record *record, enum gnpd_job_file file
 	}
 }
 
-static void tidy(struct gnpd_job_store *store, const char *name, const struct gnpd_job_found *found, struct gnpd_log *log)
+/* Of a damaged job nothing is thrown away, also where it could not be set aside. */
+static bool is_damaged(const struct scan *scan, const char *id)
 {
+	for (size_t i = 0; i < scan->found.damaged; i++)
+		if (strcmp(scan->damages[i].id, id) == 0)
+			return true;
+	return false;
+}
+
+static void tidy(struct gnpd_job_store *store, const char *name, const struct scan *scan, struct gnpd_log *log)
+{
+	const struct gnpd_job_found *found = &scan->found;
 	char id[GNPD_JOB_ID + 1], whole[NAME_LENGTH];
 	enum gnpd_job_file file;
 	bool half = ends_with(name, new_suffix);
@@ -521,12 +534,13 @@ static void tidy(struct gnpd_job_store *store, const char *name, const struct gn
 		return;
 	snprintf(whole, sizeof whole, "%.*s", (int)(strlen(name) - (half ? sizeof new_suffix - 1 : 0)), name);
 	if (!name_parse(whole, id, &file)) {
-		gnpd_log_event(log, "warning", "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
+		gnpd_log_event(log, GNPD_LOG_WARNING, "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
 		return;
 	}
 	if (!half && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
 		return;
-	unlinkat(store->disk.folder, name, 0);
+	if (half || !is_damaged(scan, id))
+		unlinkat(store->disk.folder, name, 0);
 }
 
 static void mend(struct gnpd_job_store *store, struct scan *scan, struct gnpd_log *log)
@@ -541,7 +555,7 @@ static void mend(struct gnpd_job_store *store, struct scan *scan, struct gnpd_lo
 		gnpd_job_store_put_record(store, &found->records[i], NULL);
 	}
 	for (size_t i = 0; i < scan->names.count; i++)
-		tidy(store, scan->names.items[i], found, log);
+		tidy(store, scan->names.items[i], scan, log);
 }
 
 gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error)

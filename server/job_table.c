@@ -146,6 +146,7 @@ void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts)
 	*counts = jobs->counts;
 	counts->bytes = jobs->bytes;
 	counts->memory = jobs->memory;
+	counts->suspects = jobs->suspects;
 	for (size_t i = 0; i < jobs->count; i++)
 		counts->states[jobs->items[i]->record.state]++;
 	pthread_mutex_unlock(&jobs->lock);

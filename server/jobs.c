@@ -24,19 +24,23 @@ void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next)
 	pthread_mutex_lock(&jobs->lock);
 	if (gnpd_job_state_is_final(next->state) && next->state != job->record.state)
 		jobs->counts.ended[next->state]++;
+	if (gnpd_job_state_is_final(next->state))
+		gnpd_job_trust(job);
 	job->record = *next;
 	job->version++;
 	pthread_mutex_unlock(&jobs->lock);
 	gnpd_watchers_notify(jobs->server->watchers);
 }
 
-/* disk is held. */
+/* disk is held. What becomes of a run once the process was told to end is not its fault: it is no attempt. */
 static gnp_status put(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
 {
 	struct gnpd_jobs *jobs = job->jobs;
 	struct gnpd_job_record record = *next;
 	pthread_mutex_lock(&jobs->lock);
 	record.cancelled = job->cancelled && !gnpd_job_state_is_final(next->state);
+	record.company = job->company && next->state == GNPD_JOB_RUNNING;
+	record.attempts -= jobs->parking && next->state == GNPD_JOB_RUNNING;
 	pthread_mutex_unlock(&jobs->lock);
 	return gnpd_job_store_put_record(&jobs->store, &record, error);
 }
@@ -46,6 +50,18 @@ gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_recor
 	struct gnpd_jobs *jobs = job->jobs;
 	pthread_mutex_lock(&jobs->disk);
 	gnp_status status = put(job, next, error);
+	pthread_mutex_unlock(&jobs->disk);
+	return status;
+}
+
+gnp_status gnpd_job_write_again(struct gnpd_job *job, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->disk);
+	struct gnpd_job_record record = gnpd_job_record_now(job);
+	if (!gnpd_job_state_is_final(record.state) && !job->removed)
+		status = put(job, &record, error);
 	pthread_mutex_unlock(&jobs->disk);
 	return status;
 }
@@ -66,7 +82,7 @@ void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *
 	struct gnp_error error = {0};
 	if (gnpd_job_commit(job, next, &error) == GNP_OK)
 		return;
-	gnpd_log_event(&job->jobs->server->log, "error", "job %s is %s, which could not be written: %s", next->id,
+	gnpd_log_event(&job->jobs->server->log, GNPD_LOG_ERROR, "job %s is %s, which could not be written: %s", next->id,
 	               gnpd_job_state_name(next->state), error.text);
 	gnpd_job_publish(job, next);
 }
@@ -152,7 +168,7 @@ static void cancel(struct gnpd_job *job)
 		pthread_mutex_lock(&jobs->disk);
 		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
-		gnpd_log_event(&jobs->server->log, "error", "job %s is cancelled, which could not be written%s: %s", next.id,
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s", next.id,
 		               removed ? ", and is removed" : "", error.text);
 		gnpd_job_publish(job, &next);
 	}
@@ -185,6 +201,7 @@ static bool claim(struct gnpd_jobs *jobs, struct gnpd_job *job, bool *final)
 	job->cancelled = !*final;
 	if (job->cancelled && job->work)
 		gnp_task_cancel(&job->work->task);
+	gnpd_jobs_changed(jobs);
 	pthread_mutex_unlock(&jobs->lock);
 	return parked;
 }
@@ -193,14 +210,8 @@ static bool claim(struct gnpd_jobs *jobs, struct gnpd_job *job, bool *final)
 static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
 {
 	struct gnp_error error = {0};
-	gnp_status status = GNP_OK;
-	pthread_mutex_lock(&jobs->disk);
-	struct gnpd_job_record record = gnpd_job_record_now(job);
-	if (!gnpd_job_state_is_final(record.state) && !job->removed)
-		status = put(job, &record, &error);
-	pthread_mutex_unlock(&jobs->disk);
-	if (status != GNP_OK)
-		gnpd_log_event(&jobs->server->log, "warning", "job %s is being cancelled, which could not be written: %s", record.id, error.text);
+	if (gnpd_job_write_again(job, &error) != GNP_OK)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s", job->record.id, error.text);
 }
 
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error)
@@ -224,6 +235,37 @@ gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum g
 
 /* ---- Life ---- */
 
+/* Of the queue that others give bytes back to. */
+static void tell_of_bytes(void *context)
+{
+	struct gnpd_jobs *jobs = context;
+	if (atomic_load(&jobs->patient) == 0)
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
+}
+
+void gnpd_jobs_changed(struct gnpd_jobs *jobs)
+{
+	jobs->changes++;
+	pthread_cond_broadcast(&jobs->change);
+}
+
+void gnpd_job_trust(struct gnpd_job *job)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	if (!job->suspect)
+		return;
+	job->suspect = false;
+	jobs->suspects--;
+	if (jobs->alone == job) {
+		jobs->alone = NULL;
+		atomic_store(&jobs->has_alone, false);
+	}
+	gnpd_jobs_changed(jobs);
+}
+
 gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, struct gnp_error *error)
 {
 	const struct gnpd_config *config = server->config;
@@ -232,9 +274,10 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
 	jobs->server = server;
 	gnpd_clock_init(&jobs->wake);
+	pthread_cond_init(&jobs->change, NULL);
 	pthread_mutex_init(&jobs->disk, NULL);
 	pthread_mutex_init(&jobs->lock, NULL);
-	pthread_mutex_init(&jobs->turn, NULL);
+	gnpd_queue_tell(server->queue, tell_of_bytes, jobs);
 	gnp_status status = gnpd_job_store_open(config->jobs_dir, &jobs->store, error);
 	if (status == GNP_OK)
 		status = gnpd_jobs_recover(jobs, error);
@@ -246,14 +289,48 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 	return GNP_OK;
 }
 
+void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
+{
+	if (!atomic_load(&jobs->has_alone))
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	struct gnpd_job *job = jobs->alone && !jobs->alone->company ? jobs->alone : NULL;
+	if (job) {
+		job->company = true;
+		job->references++;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	if (!job)
+		return;
+	struct gnp_error error = {0};
+	if (gnpd_job_write_again(job, &error) != GNP_OK)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s", job->record.id,
+		               error.text);
+	gnpd_job_release(job);
+}
+
+/* What an earlier process left, in the order it came. */
+static void enqueue_left(struct gnpd_jobs *jobs, bool suspects)
+{
+	for (size_t i = 0; i < jobs->count; i++) {
+		struct gnpd_job *job = jobs->items[i];
+		if (!gnpd_job_state_is_final(job->record.state) && job->suspect == suspects)
+			gnpd_job_enqueue(job);
+	}
+}
+
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error)
 {
+	jobs->opening = true;
 	gnp_status status = gnpd_queue_create(jobs->server->config->job_runners, SIZE_MAX, 1, &jobs->queue, error);
 	if (status != GNP_OK)
 		return status;
-	for (size_t i = 0; i < jobs->count; i++)
-		if (!gnpd_job_state_is_final(jobs->items[i]->record.state))
-			gnpd_job_enqueue(jobs->items[i]);
+	enqueue_left(jobs, true);
+	enqueue_left(jobs, false);
+	pthread_mutex_lock(&jobs->lock);
+	jobs->opening = false;
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
 	int fault = pthread_create(&jobs->clerk, NULL, gnpd_job_clerk, jobs);
 	if (fault)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no thread: %s", strerror(fault));
@@ -281,6 +358,8 @@ void gnpd_jobs_park(struct gnpd_jobs *jobs)
 	for (size_t i = 0; i < jobs->count; i++)
 		if (jobs->items[i]->work)
 			gnp_task_stop(&jobs->items[i]->work->task, GNP_DRAINING);
+	gnpd_jobs_changed(jobs);
+	pthread_cond_signal(&jobs->wake);
 	pthread_mutex_unlock(&jobs->lock);
 }
 
@@ -302,12 +381,13 @@ void gnpd_jobs_free(struct gnpd_jobs *jobs)
 	gnpd_jobs_park(jobs);
 	gnpd_queue_free(jobs->queue);
 	stop_clerk(jobs);
+	gnpd_queue_tell(jobs->server->queue, NULL, NULL);
 	for (size_t i = 0; i < jobs->count; i++)
 		gnpd_job_free(jobs->items[i]);
 	free(jobs->items);
 	gnpd_job_store_close(&jobs->store);
 	pthread_cond_destroy(&jobs->wake);
-	pthread_mutex_destroy(&jobs->turn);
+	pthread_cond_destroy(&jobs->change);
 	pthread_mutex_destroy(&jobs->lock);
 	pthread_mutex_destroy(&jobs->disk);
 	free(jobs);

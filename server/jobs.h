@@ -18,6 +18,8 @@ gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, 
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error);
 /* No job begins any more, those that run are stopped at once and left for the next process, new ones are refused. */
 void gnpd_jobs_park(struct gnpd_jobs *jobs);
+/* A request is about to be computed: should the process die, a suspected job that runs alone is not to blame as if nothing else had run. */
+void gnpd_jobs_keep_company(struct gnpd_jobs *jobs);
 /* Parks and waits for the end of what runs. No reference may be held any more. NULL is allowed. */
 void gnpd_jobs_free(struct gnpd_jobs *jobs);
 
@@ -67,7 +69,7 @@ size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs);
 
 /* What the metrics tell. */
 struct gnpd_jobs_counts {
-	size_t states[GNPD_JOB_STATES], bytes, memory;
+	size_t states[GNPD_JOB_STATES], suspects, bytes, memory;
 	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
 	uint64_t ended[GNPD_JOB_STATES];
 	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;

@@ -79,7 +79,7 @@ static gnp_status check_socket(struct gnpd_server *server, struct listener *list
 	if (!listener->loopback)
 		status = gnpd_config_allows(server->config, listener->key, text, error);
 	if (status == GNP_OK && !listener->loopback && !server->tls)
-		gnpd_log_event(&server->log, "warning", "%s: %s can be reached from other machines without TLS: keys and data are sent in "
+		gnpd_log_event(&server->log, GNPD_LOG_WARNING, "%s: %s can be reached from other machines without TLS: keys and data are sent in "
 		               "the clear (tls-certificate)", listener->key, text);
 	if (status == GNP_OK)
 		warn_of_pages(server, listener);
@@ -95,7 +95,7 @@ static gnp_status start(struct gnpd_server *server, struct listener *listener, s
 	if (status != GNP_OK)
 		listener->fd = -1;
 	else
-		gnpd_log_event(&server->log, "info", "%s: port %u%s", listener->key, listener->port, tls ? ", TLS" : "");
+		gnpd_log_event(&server->log, GNPD_LOG_INFO, "%s: port %u%s", listener->key, listener->port, tls ? ", TLS" : "");
 	return status;
 }
 

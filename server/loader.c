@@ -34,11 +34,11 @@ static void log_models(struct gnpd_log *log, const char *what, const struct gnp_
 	const char *folder = gnp_models_folder(models);
 	char here[PATH_MAX];
 	if (gnp_models_count(models))
-		gnpd_log_event(log, "info", "%s: %zu models from %s", what, gnp_models_count(models), folder);
+		gnpd_log_event(log, GNPD_LOG_INFO, "%s: %zu models from %s", what, gnp_models_count(models), folder);
 	else if (*folder)
-		gnpd_log_event(log, "warning", "%s: got no *.safetensors in %s: %s", what, folder, without);
+		gnpd_log_event(log, GNPD_LOG_WARNING, "%s: got no *.safetensors in %s: %s", what, folder, without);
 	else
-		gnpd_log_event(log, "warning", "%s: got no *.safetensors in ../share/gnpd/weights beside the program and in ./weights of %s "
+		gnpd_log_event(log, GNPD_LOG_WARNING, "%s: got no *.safetensors in ../share/gnpd/weights beside the program and in ./weights of %s "
 		               "(weights-dir): %s", what, getcwd(here, sizeof here) ? here : "?", without);
 }
 

@@ -80,17 +80,18 @@ static void write_line(const struct gnpd_log *log, struct line *line)
 	(void)ignored;
 }
 
-static void event_line(const struct gnpd_log *log, const char *level, const char *text, struct line *line)
+static void event_line(const struct gnpd_log *log, enum gnpd_log_level level, const char *text, struct line *line)
 {
+	const char *name = gnpd_log_level_name(level);
 	if (log->format == GNPD_LOG_JSON) {
 		put(line, "{\"time\":\"");
 		put_time(line);
-		put(line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", level);
+		put(line, "\",\"level\":\"%s\",\"event\":\"message\",\"message\":", name);
 		put_quoted(line, text, MESSAGE);
 		put(line, "}");
 	} else {
 		put_time(line);
-		put(line, " %s: ", level);
+		put(line, " %s: ", name);
 		put_escaped(line, text, MESSAGE, false);
 	}
 }
@@ -101,7 +102,7 @@ static void report_dropped(struct gnpd_log *log)
 	char text[64];
 	struct line line = {.size = 0};
 	snprintf(text, sizeof text, "%zu log lines were dropped: nobody read them", log->dropped);
-	event_line(log, "warning", text, &line);
+	event_line(log, GNPD_LOG_WARNING, text, &line);
 	write_line(log, &line);
 	log->dropped = 0;
 }
@@ -177,13 +178,12 @@ void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access)
 	flush(log, &line);
 }
 
-void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format, ...)
+void gnpd_log_event(struct gnpd_log *log, enum gnpd_log_level level, const char *format, ...)
 {
 	char text[MESSAGE];
 	struct line line = {.size = 0};
-	enum gnpd_log_level gravity;
 	va_list arguments;
-	if (gnpd_log_level_find(level, strlen(level), &gravity) && !gnpd_log_wants(log, gravity))
+	if (!gnpd_log_wants(log, level))
 		return;
 	va_start(arguments, format);
 	vsnprintf(text, sizeof text, format, arguments);

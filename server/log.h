@@ -37,8 +37,8 @@ bool gnpd_log_wants(struct gnpd_log *log, enum gnpd_log_level level);
 /* A line of level info. */
 void gnpd_log_access(struct gnpd_log *log, const struct gnpd_access *access);
 
-/* An event: level is "error", "warning", "info" or "debug". */
-void gnpd_log_event(struct gnpd_log *log, const char *level, const char *format, ...)
+/* An event. */
+void gnpd_log_event(struct gnpd_log *log, enum gnpd_log_level level, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 #endif

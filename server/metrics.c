@@ -1,10 +1,10 @@
 #include "metrics.h"
 
+#include <assert.h>
 #include <string.h>
 #include <time.h>
 
 #include "config.h"
-#include "operation.h"
 
 static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
                                               409, 410, 413, 414, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
@@ -31,16 +31,16 @@ static const char *label_name(unsigned label)
 {
 	if (label < GNPD_LABEL_OPERATION)
 		return labels[label];
-	const struct gnp_operation *operation = gnp_operation_at(label - GNPD_LABEL_OPERATION);
-	return operation ? operation->name : "";
+	return gnp_operation_at(label - GNPD_LABEL_OPERATION)->name;
 }
 
-static unsigned label_count(void)
+enum gnpd_label gnpd_metrics_label(const struct gnp_operation *operation)
 {
-	unsigned count = GNPD_LABEL_OPERATION;
-	while (count < GNPD_LABELS && gnp_operation_at(count - GNPD_LABEL_OPERATION))
-		count++;
-	return count;
+	unsigned label = GNPD_LABEL_OPERATION;
+	while (label < GNPD_LABELS && gnp_operation_at(label - GNPD_LABEL_OPERATION) != operation)
+		label++;
+	assert(label < GNPD_LABELS);
+	return (enum gnpd_label)label;
 }
 
 void gnpd_metrics_init(struct gnpd_metrics *metrics)
@@ -116,7 +116,7 @@ static gnp_status write_family(struct gnp_buffer *buffer, const char *name, cons
 static gnp_status write_requests(const struct gnpd_metrics *metrics, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = write_family(buffer, "requests_total", "counter", "Finished requests.", error);
-	for (unsigned label = 0, count = label_count(); label < count; label++)
+	for (unsigned label = 0; label < GNPD_LABELS; label++)
 		for (size_t i = 0; i < GNPD_METRICS_CODES && status == GNP_OK; i++)
 			status = gnp_buffer_printf(buffer, error, "gnpd_requests_total{operation=\"%s\",code=\"%d\"} %llu\n",
 			                           label_name(label), codes[i],
@@ -149,7 +149,7 @@ static gnp_status write_durations(const struct gnpd_metrics *metrics, struct gnp
 {
 	gnp_status status = write_family(buffer, "request_duration_seconds", "histogram",
 	                                 "From the request line to the end of the answer.", error);
-	for (unsigned label = 0, count = label_count(); label < count && status == GNP_OK; label++)
+	for (unsigned label = 0; label < GNPD_LABELS && status == GNP_OK; label++)
 		status = write_histogram(metrics, label, buffer, error);
 	return status;
 }

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "message.h"
+#include "operation.h"
 #include "prepared_cache.h"
 #include "queue.h"
 #include "status.h"
@@ -17,7 +18,7 @@
 /* What a request is counted as: one of these, or GNPD_LABEL_OPERATION + i for the i-th operation of the table. */
 enum gnpd_label {
 	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA, GNPD_LABEL_ADMIN, GNPD_LABEL_JOBS,
-	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + 11
+	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + GNP_OPERATIONS
 };
 
 enum gnpd_reject {
@@ -52,6 +53,8 @@ void gnpd_metrics_init(struct gnpd_metrics *metrics);
 void gnpd_metrics_reject(struct gnpd_metrics *metrics, enum gnpd_reject reason);
 void gnpd_metrics_cancel(struct gnpd_metrics *metrics, enum gnpd_cancel reason);
 
+/* What calls of an operation of the table are counted as. */
+enum gnpd_label gnpd_metrics_label(const struct gnp_operation *operation);
 /* One finished request: code is the HTTP status (one outside the known ones counts as 500). */
 void gnpd_metrics_request(struct gnpd_metrics *metrics, enum gnpd_label label, int code, double seconds);
 /* Adds the seconds of each stage of a finished task. */

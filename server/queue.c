@@ -10,6 +10,8 @@ struct gnpd_queue {
 	size_t waiting, running, bytes;
 	size_t count_max, bytes_max;
 	bool closed, stopping;
+	void (*released)(void *context);
+	void *context;
 	size_t runners;
 	pthread_t threads[];
 };
@@ -165,6 +167,16 @@ void gnpd_queue_release(struct gnpd_queue *queue, size_t bytes)
 {
 	pthread_mutex_lock(&queue->lock);
 	queue->bytes -= bytes;
+	if (queue->released)
+		queue->released(queue->context);
+	pthread_mutex_unlock(&queue->lock);
+}
+
+void gnpd_queue_tell(struct gnpd_queue *queue, void (*released)(void *context), void *context)
+{
+	pthread_mutex_lock(&queue->lock);
+	queue->released = released;
+	queue->context = context;
 	pthread_mutex_unlock(&queue->lock);
 }
 

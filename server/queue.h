@@ -41,6 +41,9 @@ bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_queued *job);
  * limit, GNP_OVERLOADED when it does together with the others. */
 gnp_status gnpd_queue_reserve(struct gnpd_queue *queue, size_t held, size_t bytes, struct gnp_error *error);
 void gnpd_queue_release(struct gnpd_queue *queue, size_t bytes);
+/* Who is told of every release, by the thread that releases; NULL: nobody, and nobody is being told once this returns. What is called may
+ * take locks within which the queue is not called. */
+void gnpd_queue_tell(struct gnpd_queue *queue, void (*released)(void *context), void *context);
 
 struct gnpd_queue_state {
 	size_t waiting, running, bytes;

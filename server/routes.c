@@ -151,16 +151,11 @@ static gnp_status unknown_model(const char *model, struct gnp_error *error)
 /* The model and its version exist; the label becomes the operation's where the route says so. */
 static gnp_status resolve_model(struct gnpd_request *request, struct gnp_error *error)
 {
-	const struct gnp_operation *operation = NULL;
 	if (!request->model)
 		return GNP_OK;
-	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
-		if (strcmp(operation->name, request->model) != 0)
-			continue;
-		if (request->label == GNPD_LABEL_OPERATION && GNPD_LABEL_OPERATION + i < GNPD_LABELS)
-			request->label = (enum gnpd_label)(GNPD_LABEL_OPERATION + i);
-		break;
-	}
+	const struct gnp_operation *operation = gnp_operation_find(request->model);
+	if (operation && request->label == GNPD_LABEL_OPERATION)
+		request->label = gnpd_metrics_label(operation);
 	if (!operation) {
 		request->label = GNPD_LABEL_OTHER;
 		return unknown_model(request->model, error);

@@ -44,7 +44,8 @@ struct gnpd_server {
 	atomic_uint_fast64_t requests;     /* the second half */
 	atomic_size_t active;              /* requests past their headers whose answer is not out */
 	atomic_size_t suspended;           /* connections that wait for an answer, or for the next bit of a stream */
-	atomic_bool draining;              /* no new work */
+	atomic_bool leaving;               /* about to end: not ready, and connections end with the next answer */
+	atomic_bool draining;              /* no new work; leaving too */
 };
 
 #endif

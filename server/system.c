@@ -11,7 +11,7 @@ gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *erro
 
 gnp_status gnpd_system_ready(struct gnpd_request *request, struct gnp_error *error)
 {
-	if (atomic_load(&request->server->draining))
+	if (atomic_load(&request->server->leaving))
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"ready\":true}\n");
 }

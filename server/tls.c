@@ -198,7 +198,7 @@ void gnpd_tls_warn(struct gnpd_tls *tls, struct gnpd_log *log)
 	if (now < pair->begin || now >= pair->expiry) {
 		gmtime_r(&when, &utc);
 		strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-		gnpd_log_event(log, "warning", "tls-certificate: %s: %s %s, clients will refuse it", tls->certificate_path,
+		gnpd_log_event(log, GNPD_LOG_WARNING, "tls-certificate: %s: %s %s, clients will refuse it", tls->certificate_path,
 		               now < pair->begin ? "is not valid before" : "expired at", text);
 	}
 	gnpd_tls_pair_release(pair);

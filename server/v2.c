@@ -36,26 +36,17 @@ gnp_status gnpd_v2_model_config(struct gnpd_request *request, struct gnp_error *
 
 gnp_status gnpd_v2_model_ready(struct gnpd_request *request, struct gnp_error *error)
 {
-	if (atomic_load(&request->server->draining))
+	if (atomic_load(&request->server->leaving))
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"name\":\"%s\",\"ready\":true}\n",
 	                         gnp_operation_find(request->model)->name);
-}
-
-static enum gnpd_label operation_label(const struct gnp_operation *operation)
-{
-	const struct gnp_operation *other;
-	for (size_t i = 0; (other = gnp_operation_at(i)) != NULL; i++)
-		if (other == operation && GNPD_LABEL_OPERATION + i < GNPD_LABELS)
-			return (enum gnpd_label)(GNPD_LABEL_OPERATION + i);
-	return GNPD_LABEL_OTHER;
 }
 
 gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *error)
 {
 	const struct gnp_operation *operation = gnp_operation_find(request->model);
 	uint64_t good, bad, nanoseconds;
-	gnpd_metrics_totals(&request->server->metrics, operation_label(operation), &good, &bad, &nanoseconds);
+	gnpd_metrics_totals(&request->server->metrics, gnpd_metrics_label(operation), &good, &bad, &nanoseconds);
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"model_stats\":[{\"name\":\"%s\",\"version\":\"1\",\"inference_count\":%llu,"
 	                         "\"inference_stats\":{\"success\":{\"count\":%llu},\"fail\":{\"count\":%llu},"

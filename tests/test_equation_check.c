@@ -134,7 +134,7 @@ static void laplacian_warns(struct gnp_task *task)
 	struct gnp_poisson_options options = options_of();
 	struct gnp_collocation made = {0};
 	gnp_task_init(task);
-	check_status(gnp_laplacian_run(&cloud, &options.laplacian, pool, task, &made, &error), &error);
+	check_status(gnp_laplacian_run(&cloud, &options.laplacian, pool, task, &made, NULL, &error), &error);
 	gnp_collocation_clear(&made);
 }
 

@@ -371,6 +371,23 @@ static void damaged_records_are_set_aside(void)
 }
 
 /* A record under another job's name would let one job be taken for the other. */
+/* Its body was removed as that of no job, and nobody heard of it. */
+static void what_cannot_be_set_aside_stays(void)
+{
+	struct gnpd_job_store store;
+	open_fresh(&store);
+	put_file(ID, ".job", "gnpd-job 1 nonsense\n");
+	put_file(ID, ".body", "four");
+	char aside[256];
+	snprintf(aside, sizeof aside, "%s/%s.body.damaged", folder, ID);
+	CHECK(mkdir(aside, 0700) == 0); /* a file cannot take its place */
+	struct gnpd_job_found found = scanned(&store);
+	CHECK(found.count == 0 && found.damaged == 1 && has(ID, ".job.damaged") && has(ID, ".body"));
+	forget(&found);
+	CHECK(rmdir(aside) == 0);
+	close_and_remove(&store);
+}
+
 static void a_record_under_another_name_is_damaged(void)
 {
 	char from[256], to[256];
@@ -558,7 +575,7 @@ int main(int argc, char **argv)
 		TEST(a_failing_write_leaves_what_was_there),   TEST(what_cannot_be_synced_is_not_there_but_in_place_of_another),
 		TEST(one_daemon_at_a_time),                    TEST(folders_that_will_not_do_are_refused),
 		TEST(temporary_folders_go_with_the_process),   TEST(jobs_are_found_in_order),
-		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside),
+		TEST(half_files_and_orphans_are_removed),      TEST(damaged_records_are_set_aside), TEST(what_cannot_be_set_aside_stays),
 		TEST(a_record_under_another_name_is_damaged),  TEST(jobs_without_their_files_have_failed),
 		TEST(a_refused_start_changes_nothing),         TEST(a_socket_is_no_file_of_a_job),
 		TEST(a_check_finds_what_a_start_would),        TEST(half_made_temporary_folders_are_removed_after_a_while),

@@ -13,7 +13,7 @@ static const char *event(enum gnpd_log_format format, const char *text)
 	int ends[2];
 	CHECK(pipe(ends) == 0);
 	gnpd_log_init(&log, format, GNPD_LOG_INFO, ends[1]);
-	gnpd_log_event(&log, "warning", "%s", text);
+	gnpd_log_event(&log, GNPD_LOG_WARNING, "%s", text);
 	gnpd_log_fini(&log);
 	close(ends[1]);
 	ssize_t size = read(ends[0], line, sizeof line - 1);

@@ -31,6 +31,29 @@ static void requests_are_counted_by_operation_and_code(void)
 	CHECK(good == 2 && bad == 1 && nanoseconds == 751000000);
 }
 
+/* The table had a fixed number of rows: what came after them was counted as the first operation here, and as others there. */
+static void every_operation_has_a_row_of_its_own(void)
+{
+	struct gnpd_metrics metrics;
+	const struct gnp_operation *operation;
+	uint64_t good, bad, nanoseconds;
+	gnpd_metrics_init(&metrics);
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
+		CHECK(gnpd_metrics_label(operation) < GNPD_LABELS);
+		gnpd_metrics_request(&metrics, gnpd_metrics_label(operation), 200, 0.25);
+	}
+	CHECK(!gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION) && gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION - 1));
+	char *text = write_text(&metrics);
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
+		char line[128];
+		gnpd_metrics_totals(&metrics, gnpd_metrics_label(operation), &good, &bad, &nanoseconds);
+		CHECK(good == 1 && bad == 0);
+		snprintf(line, sizeof line, "\ngnpd_requests_total{operation=\"%s\",code=\"200\"} 1\n", operation->name);
+		CHECK_CONTAINS(text, line);
+	}
+	free(text);
+}
+
 static void loads_of_weights_are_counted_by_result(void)
 {
 	struct gnpd_metrics metrics;
@@ -112,7 +135,7 @@ static void exposition_is_well_formed(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(requests_are_counted_by_operation_and_code),
+		TEST(requests_are_counted_by_operation_and_code), TEST(every_operation_has_a_row_of_its_own),
 		TEST(loads_of_weights_are_counted_by_result),
 		TEST(buckets_are_cumulative),
 		TEST(reasons_and_gauges_appear),

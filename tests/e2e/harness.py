@@ -32,10 +32,10 @@ class Skipped(Exception):
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
     instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime.
-    wrap: words before the program; environment: more of it; pass_fds: descriptors it inherits. limits: as for
+    program: another gnpd than $GNPD's. wrap: words before the program; environment: more of it; pass_fds: descriptors it inherits. limits: as for
     resource.setrlimit, {resource: (soft, hard)}."""
 
-    def __init__(self, log_to=None, weights=None, wrap=(), environment=None, pass_fds=(), limits=None, **flags):
+    def __init__(self, log_to=None, weights=None, program=BINARY, wrap=(), environment=None, pass_fds=(), limits=None, **flags):
         self.folder = tempfile.mkdtemp(prefix="gnpd-e2e.")
         port_file = os.path.join(self.folder, "port")
         self.weights_folder = os.path.join(self.folder, "weights")
@@ -43,7 +43,7 @@ class Server:
         for name, content in (small_weights() if weights is None else weights).items():
             self.put_weights(name, content)
         self.log_path = os.path.join(self.folder, "log")
-        command = [BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--weights-dir", self.weights_folder]
+        command = [program, "--listen", "127.0.0.1:0", "--port-file", port_file, "--weights-dir", self.weights_folder]
         command += ["--%s=%s" % (key.replace("_", "-"), value) for key, value in flags.items()]
         environment = dict({k: v for k, v in os.environ.items() if not k.startswith("GNPD_")}, **(environment or {}))
         environment.setdefault("TSAN_OPTIONS", "suppressions=" + os.path.join(os.path.dirname(os.path.abspath(__file__)),
