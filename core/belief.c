@@ -12,7 +12,7 @@
 #include "vector.h"
 
 /* Neighbours looked at: of a row of points, of a point's surface, of the patches that estimators make. */
-enum { SAMPLES = 512, FEW = 9, NEAR = 16, WIDE = 128, CHUNK = 32 };
+enum { SAMPLES = 512, FEW = 9, NEAR = 16, WIDE = 96, CHUNK = 32 };
 
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
 
@@ -237,8 +237,6 @@ static gnp_status find_steps(const struct work *work, double *single, double *gr
 	double *values = gnp_array_new(work->samples, sizeof *values);
 	if (!values)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->samples);
-	*single = 0;
-	*grid = INFINITY;
 	for (size_t c = 0; c < 3; c++) {
 		for (size_t s = 0; s < work->samples; s++)
 			values[s] = work->prepared->points[3 * s * work->stride + c];
@@ -300,7 +298,7 @@ static double median(const struct work *work, double (*of)(const struct work *wo
 
 static gnp_status warn_of_steps(const struct work *work, struct gnp_warnings *warnings, struct gnp_error *error)
 {
-	double single, grid;
+	double single = 0, grid = INFINITY;
 	gnp_status status = find_steps(work, &single, &grid, error);
 	if (status != GNP_OK)
 		return status;
