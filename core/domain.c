@@ -102,7 +102,7 @@ static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gn
 	const struct gnp_cloud kept = {filter.kept, filter.points, filter.normals};
 	status = take_dropped(cloud, &filter, domain, error);
 	if (status == GNP_OK)
-		status = gnp_prepare(&kept, pool, task, &domain->prepared, error);
+		status = gnp_prepare_fitted(&kept, pool, task, &domain->prepared, error);
 	if (status == GNP_OK)
 		status = settle(options, pool, task, domain, error);
 	for (size_t i = 0; i < domain->prepared.count && status == GNP_OK; i++)

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "belief.h"
 #include "check.h"
 #include "cover.h"
 #include "memory.h"
@@ -128,6 +129,8 @@ struct work {
 	uint64_t quantities;
 	struct gnp_patch_rule rule;
 	struct gnp_estimate *out;
+	struct gnp_belief_probe *probes; /* NULL: the answer is not judged */
+	size_t stride;                   /* of the points probed */
 	atomic_size_t degenerate;
 	atomic_size_t search_ns, fit_ns; /* summed over workers */
 };
@@ -212,12 +215,24 @@ static void write_point(const struct work *work, const struct gnp_patch *patch, 
 	}
 }
 
+static void probe_point(const struct work *work, const struct gnp_fit *fit, size_t point)
+{
+	struct gnp_belief_probe *probe = &work->probes[point / work->stride];
+	double u, v, *values[GNP_QUANTITY_COUNT] = {[GNP_NORMALS] = probe->normal};
+	gnp_surface_locate(&fit->surface, work->prepared->points + 3 * point, &u, &v);
+	gnp_surface_evaluate(&fit->surface, u, v, GNP_QUANTITY_BIT(GNP_NORMALS), 0, values);
+	probe->residual = fit->residual;
+	probe->outlier = work->outlier && work->outlier[point];
+}
+
 static void write_patch(struct work *work, size_t p, const struct gnp_patch *patch, const struct gnp_fit *fit)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	for (size_t m = work->cover.start[p]; m < work->cover.start[p + 1]; m++) {
 		size_t point = work->cover.member[m];
 		write_point(work, patch, fit, point, work->choice->at ? p : prepared->order[point]);
+		if (work->probes && point % work->stride == 0)
+			probe_point(work, fit, point);
 	}
 	if (fit->reduced)
 		atomic_fetch_add_explicit(&work->degenerate, work->cover.start[p + 1] - work->cover.start[p],
@@ -261,6 +276,13 @@ static gnp_status allocate_values(struct gnp_estimate *estimate, uint64_t quanti
 			                     gnp_quantity_info((enum gnp_quantity)q)->name);
 	}
 	return GNP_OK;
+}
+
+static gnp_status allocate_probes(struct work *work, struct gnp_error *error)
+{
+	work->stride = gnp_belief_stride(work->prepared->count);
+	work->probes = gnp_array_zero(work->prepared->count / work->stride + 1, sizeof *work->probes);
+	return work->probes ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "estimate: no memory for probes");
 }
 
 /* Both searches and fits run in one loop: its wall time is split as the workers spent theirs. */
@@ -328,6 +350,7 @@ static void work_clear(struct work *work)
 	if (work->state)
 		work->estimator->release(work->state);
 	gnp_cover_clear(&work->cover);
+	free(work->probes);
 }
 
 static size_t count_outliers(const struct work *work)
@@ -360,9 +383,13 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	estimate->basis_size = gnp_basis_size(work.fit.basis);
 	if (status == GNP_OK)
 		status = allocate_values(estimate, work.quantities, error);
+	if (status == GNP_OK && !choice->at && !options->unjudged && task)
+		status = allocate_probes(&work, error);
 	gnp_task_stage(task, GNP_STAGE_ESTIMATE, work.cover.count);
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, work.cover.count, PATCHES_A_CHUNK, estimate_chunk, &work, error);
+	if (status == GNP_OK && work.probes)
+		status = gnp_belief_check_answer(prepared, work.probes, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;

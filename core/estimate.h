@@ -2,6 +2,8 @@
 #ifndef GNP_CORE_ESTIMATE_H
 #define GNP_CORE_ESTIMATE_H
 
+#include <stdbool.h>
+
 #include "cloud.h"
 #include "estimator.h"
 #include "pool.h"
@@ -24,6 +26,7 @@ struct gnp_estimate_options {
 	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
 	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
 	const struct gnp_models *models; /* to choose from; may be NULL: none */
+	bool unjudged;        /* whether the answer is to be believed is not looked at (belief.h) */
 };
 
 /* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "belief.h"
 #include "memory.h"
 #include "order.h"
 #include "orient.h"
@@ -68,18 +69,32 @@ static gnp_status fill_normals(const struct gnp_cloud *cloud, struct gnp_pool *p
 	return GNP_OK;
 }
 
-gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
-                       struct gnp_prepared *out, struct gnp_error *error)
+static gnp_status prepare(const struct gnp_cloud *cloud, bool judge, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *out,
+                          struct gnp_error *error)
 {
 	struct gnp_prepared prepared = {0};
 	gnp_status status = fill_points(cloud, task, &prepared, error);
 	if (status == GNP_OK)
 		status = fill_normals(cloud, pool, task, &prepared, error);
+	if (status == GNP_OK && judge)
+		status = gnp_belief_check_cloud(&prepared, cloud->normals != NULL, pool, task, error);
 	if (status == GNP_OK)
 		*out = prepared;
 	else
 		gnp_prepared_clear(&prepared);
 	return status;
+}
+
+gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                       struct gnp_prepared *out, struct gnp_error *error)
+{
+	return prepare(cloud, true, pool, task, out, error);
+}
+
+gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *out,
+                              struct gnp_error *error)
+{
+	return prepare(cloud, false, pool, task, out, error);
 }
 
 gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out, struct gnp_error *error)

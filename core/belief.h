@@ -1,0 +1,31 @@
+/* Whether a cloud and an answer are to be believed: what can be told from a few hundred of the points, with limits that clouds of smooth
+ * surfaces, evenly sampled, stay far below. What passes its limit is recorded as a warning of the task (warning.h). */
+#ifndef GNP_CORE_BELIEF_H
+#define GNP_CORE_BELIEF_H
+
+#include <stdbool.h>
+
+#include "pool.h"
+#include "prepare.h"
+
+/* Points looked at lie this far apart in curve order: 0, stride, 2 stride ... */
+size_t gnp_belief_stride(size_t count);
+
+/* Of the cloud: steps of its numbers against its spacing, points in rows, sheets and folds closer than their points are spaced; of normals
+ * that were given, that they contradict the points or one another. Nothing is done without a task. Deterministic. */
+gnp_status gnp_belief_check_cloud(const struct gnp_prepared *prepared, bool given, struct gnp_pool *pool, struct gnp_task *task,
+                                  struct gnp_error *error);
+
+/* What an estimator found at a point that is looked at. */
+struct gnp_belief_probe {
+	double normal[3];
+	double residual; /* root mean square of the heights' misfit [length] */
+	bool outlier;    /* nothing is said of such points */
+};
+
+/* Of an answer: normals that contradict the plane of a neighbourhood wide enough to span two directions, detail that the fits smooth away.
+ * probes: one for each point looked at. Nothing is done without a task. Deterministic. */
+gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, struct gnp_pool *pool,
+                                   struct gnp_task *task, struct gnp_error *error);
+
+#endif
