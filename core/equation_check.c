@@ -57,7 +57,7 @@ void gnp_belief_sheets(const struct gnp_prepared *prepared, const struct gnp_sti
 		for (size_t e = volumes->start[i]; e < volumes->start[i + 1]; e++)
 			jumps += volumes->column[e] > i && is_jump(prepared, i, volumes->column[e]);
 	if (jumps >= FEWEST && (double)jumps > jumps_most * (double)edges)
-		gnp_warnings_add(warnings, GNP_WARNING_SHEETS, "%.3g %% of the edges between cells, more than %g %%, leave the surface steeply for a point that "
+		gnp_warnings_add(warnings, GNP_WARNING_CROSSINGS, "%.3g %% of the edges between cells, more than %g %%, leave the surface steeply for a point that "
 		                 "faces the same way: sheets lie too close for their spacing, noise is as large, or normals are wrong, and answers cross over",
 		                 100 * (double)jumps / (double)edges, 100 * jumps_most);
 }

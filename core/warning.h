@@ -21,7 +21,7 @@
 	X(GNP_WARNING_DEGENERATE, "neighbourhoods", "neighbourhoods too poor for the basis: a lower degree was used there")         \
 	X(GNP_WARNING_COMPONENTS, "components", "normals were estimated, and separate components oriented each by itself")          \
 	X(GNP_WARNING_STENCILS, "stencils", "rows of a matrix that no Laplacian has")                                                 \
-	X(GNP_WARNING_SHEETS, "sheets", "cells join points of sheets that face the same way")                                        \
+	X(GNP_WARNING_CROSSINGS, "crossings", "cells join points of sheets that face the same way")                                        \
 	X(GNP_WARNING_OPERATOR, "operator", "a prepared operator that a second discretisation does not confirm")                      \
 	X(GNP_WARNING_FLOW, "flow", "the flow ended before its steps were done")                                                     \
 	X(GNP_WARNING_MEAN, "mean", "right-hand sides had a mean, which was removed")                                                \

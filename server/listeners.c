@@ -59,7 +59,7 @@ static bool is_named(const struct gnpd_server *server, const struct listener *li
 static void warn_of_pages(struct gnpd_server *server, const struct listener *listener)
 {
 	if (!listener->loopback && !server->config->keys_file[0] && !is_named(server, listener))
-		gnpd_log_event(&server->log, "warning", "%s: is open without keys under any name: a page whose name resolves to it uses it through "
+		gnpd_log_event(&server->log, GNPD_LOG_WARNING, "%s: is open without keys under any name: a page whose name resolves to it uses it through "
 		               "its visitors' browsers (allowed-hosts names those it has)", listener->key);
 }
 

@@ -225,7 +225,7 @@ static void clouds_that_resolve_their_surface_are_not_warned_of(void)
 		laplacian_warns(&task);
 		check_silent(&task, shapes[s]);
 		CHECK_NEAR(poisson_warns(NULL, &task), 1, 0.1);
-		CHECK(!text_of(&task, GNP_WARNING_OPERATOR)[0] && !text_of(&task, GNP_WARNING_SHEETS)[0]);
+		CHECK(!text_of(&task, GNP_WARNING_OPERATOR)[0] && !text_of(&task, GNP_WARNING_CROSSINGS)[0]);
 		for (size_t i = 0; i < given.count; i++)
 			given.column[i] = i % 7 == 0;
 		CHECK(heat_warns(1e-3, 3, &task, &error) == GNP_OK);
@@ -319,7 +319,7 @@ static void sheets_taken_for_one_are_told(void)
 	struct gnp_task task;
 	make_roll(3);
 	geodesic_warns(&(uint32_t){0}, 1, &task);
-	CHECK_CONTAINS(text_of(&task, GNP_WARNING_SHEETS), "leave the surface steeply for a point that faces the same way");
+	CHECK_CONTAINS(text_of(&task, GNP_WARNING_CROSSINGS), "leave the surface steeply for a point that faces the same way");
 }
 
 static void points_at_one_place_are_refused(void)
