@@ -153,7 +153,7 @@ static enum trial_outcome judge(struct trial *trial)
 		return TRIAL_TOO_LONG;
 	if (trial->status == GNP_OK ? !judge_answer(&trial->call, &trial->response[0], why) : !judge_refusal(trial->status, &trial->error, why))
 		return failed(trial, "answer", why);
-	snprintf(trial->text, JUDGE_TEXT, "%s", trial->error.text);
+	snprintf(trial->text, JUDGE_TEXT, "%.*s", JUDGE_TEXT - 1, trial->error.text);
 	if (trial->call.operation && !repeat(trial))
 		return TRIAL_FAILED;
 	if (trial->status == GNP_OK && !encode(trial))
