@@ -10,6 +10,7 @@
 /* In the order in which an answer lists them: enumerator, the word its text begins with, what it says. */
 #define GNP_WARNING_TABLE(X)                                                                                                    \
 	X(GNP_WARNING_PRECISION, "precision", "the numbers that the points came in are too coarse for their spacing")                \
+	X(GNP_WARNING_RANGE, "range", "numbers of the answer too small for the type it has")                                          \
 	X(GNP_WARNING_COINCIDENT, "coincident", "points lie where others do")                                                        \
 	X(GNP_WARNING_DROPPED, "dropped", "the filter dropped more points than contamination explains")                              \
 	X(GNP_WARNING_ROWS, "rows", "points lie in rows much farther apart than the points in a row")                                \

@@ -1,5 +1,6 @@
 #include "operation_common.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -76,25 +77,46 @@ gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *n
 	return GNP_OK;
 }
 
-/* Front to back in blocks: a second array would cost more than the rounding. */
-static void round_in_place(double *values, size_t count)
+/* Front to back in blocks: a second array would cost more than the rounding. Returns where the first is that is too large, or count. */
+static size_t round_in_place(double *values, size_t count, size_t *vanished)
 {
 	enum { BLOCK = 512 };
-	for (size_t first = 0; first < count; first += BLOCK) {
+	size_t small = 0, beyond = count;
+	for (size_t first = 0; first < count && beyond == count; first += BLOCK) {
 		float block[BLOCK];
-		size_t some = count - first < BLOCK ? count - first : BLOCK;
-		for (size_t i = 0; i < some; i++)
-			block[i] = (float)values[first + i];
-		memcpy((char *)values + first * sizeof *block, block, some * sizeof *block);
+		size_t some = count - first < BLOCK ? count - first : BLOCK, large = 0;
+		for (size_t i = 0; i < some; i++) {
+			double value = values[first + i];
+			block[i] = (float)value;
+			small += (block[i] == 0) & (value != 0);
+			large += (fabsf(block[i]) > FLT_MAX) & (fabs(value) <= DBL_MAX);
+		}
+		for (size_t i = 0; large && i < some && beyond == count; i++)
+			beyond = fabs(values[first + i]) > FLT_MAX ? first + i : beyond;
+		if (!large)
+			memcpy((char *)values + first * sizeof *block, block, some * sizeof *block);
 	}
+	*vanished = small;
+	return beyond;
 }
 
-void gnp_common_round(double **values, size_t count)
+gnp_status gnp_common_round(const char *name, double **values, size_t count, size_t *vanished, struct gnp_error *error)
 {
-	round_in_place(*values, count);
+	size_t beyond = round_in_place(*values, count, vanished);
+	if (beyond < count)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: number %zu is %g, single precision ends at %g: send points as FP64, or in another unit of "
+		                                                  "length", name, beyond, (*values)[beyond], FLT_MAX);
 	void *smaller = count ? realloc(*values, count * sizeof(float)) : NULL;
 	if (smaller)
 		*values = smaller;
+	return GNP_OK;
+}
+
+void gnp_common_warn_of_range(const char *name, size_t vanished, size_t count, struct gnp_task *task)
+{
+	if (2 * vanished > count)
+		gnp_warnings_add(gnp_task_warnings(task), GNP_WARNING_RANGE, "%zu of %zu numbers of %s are too small for single precision and came out as 0, the "
+		                 "limit is half of them: send points as FP64, or in another unit of length", vanished, count, name);
 }
 
 /* (rows, ...) in the table's rank; returns the numbers in all. */
@@ -109,13 +131,14 @@ static size_t fill_shape(const struct gnp_tensor_info *info, size_t rows, size_t
 }
 
 gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, enum gnp_datatype type,
-                                  size_t rows, double **values, struct gnp_error *error)
+                                  size_t rows, double **values, struct gnp_task *task, struct gnp_error *error)
 {
-	size_t shape[4], count = fill_shape(info, rows, shape);
+	size_t shape[4], count = fill_shape(info, rows, shape), vanished = 0;
 	enum gnp_datatype stored = info->datatype == GNP_FP32 ? type : info->datatype;
-	if (stored == GNP_FP32)
-		gnp_common_round(values, count);
-	gnp_status status = gnp_tensors_add_data(outputs, info->name, stored, info->rank, shape, *values, true, NULL, error);
+	gnp_status status = stored == GNP_FP32 ? gnp_common_round(info->name, values, count, &vanished, error) : GNP_OK;
+	gnp_common_warn_of_range(info->name, vanished, count, task);
+	if (status == GNP_OK)
+		status = gnp_tensors_add_data(outputs, info->name, stored, info->rank, shape, *values, true, NULL, error);
 	if (status == GNP_OK)
 		*values = NULL;
 	return status;

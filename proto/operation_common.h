@@ -65,13 +65,16 @@ void gnp_common_cloud_clear(struct gnp_common_cloud *cloud);
 /* A mask (n) of the request, whose values are known to be 0 and 1; *mask is NULL when there is none. Freed by the caller. */
 gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask, struct gnp_error *error);
 
-/* Rounds numbers to single precision within their memory; what they no longer need is given back. */
-void gnp_common_round(double **values, size_t count);
+/* Rounds numbers to single precision within their memory; what they no longer need is given back. GNP_INVALID_ARGUMENT by the output's name
+ * where one is too large for that: then they are spoilt. *vanished: how many that are not 0 were too small for it. */
+gnp_status gnp_common_round(const char *name, double **values, size_t count, size_t *vanished, struct gnp_error *error);
+/* Warns where that is most of them. Coordinator. */
+void gnp_common_warn_of_range(const char *name, size_t vanished, size_t count, struct gnp_task *task);
 
 /* Adds an output of `rows` rows; its other extents are the table's. numbers: of `type`, or of info's where that is none of geometry;
- * they are handed over, and *values is NULL on success. copy: of info's type. */
+ * they are handed over, and *values is NULL on success. The task is warned of numbers too small for their type. copy: of info's type. */
 gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, enum gnp_datatype type,
-                                  size_t rows, double **values, struct gnp_error *error);
+                                  size_t rows, double **values, struct gnp_task *task, struct gnp_error *error);
 gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows, const void *values,
                                struct gnp_error *error);
 

@@ -69,16 +69,33 @@ static size_t quantity_width(const struct gnp_estimate *estimate, int q)
 	return width ? width : estimate->basis_size;
 }
 
+struct rounding {
+	struct gnp_estimate *estimate;
+	size_t vanished[GNP_QUANTITY_COUNT]; /* numbers of each too small for single precision */
+};
+
 static gnp_status round_quantities(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
                                    struct gnp_error *error)
 {
-	struct gnp_estimate *estimate = context;
-	(void)scratch, (void)error;
-	for (size_t q = begin; q < end; q++) {
+	struct rounding *rounding = context;
+	struct gnp_estimate *estimate = rounding->estimate;
+	gnp_status status = GNP_OK;
+	(void)scratch;
+	for (size_t q = begin; q < end && status == GNP_OK; q++) {
 		if (estimate->values[q])
-			gnp_common_round(&estimate->values[q], estimate->count * quantity_width(estimate, (int)q));
+			status = gnp_common_round(gnp_quantity_info(q)->name, &estimate->values[q], estimate->count * quantity_width(estimate, (int)q),
+			                          &rounding->vanished[q], error);
 	}
-	return GNP_OK;
+	return status;
+}
+
+static gnp_status round_all(struct gnp_estimate *estimate, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	struct rounding rounding = {.estimate = estimate};
+	gnp_status status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities, &rounding, error);
+	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
+		gnp_common_warn_of_range(gnp_quantity_info(q)->name, rounding.vanished[q], estimate->count * quantity_width(estimate, q), task);
+	return status;
 }
 
 /* Hands the values over; they are no longer the estimate's. */
@@ -101,7 +118,7 @@ static gnp_status add_outputs(struct gnp_estimate *estimate, enum gnp_datatype d
 {
 	gnp_status status = GNP_OK;
 	if (datatype == GNP_FP32)
-		status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities, estimate, error);
+		status = round_all(estimate, pool, task, error);
 	for (int q = 0; q < GNP_QUANTITY_COUNT && status == GNP_OK; q++) {
 		if (estimate->values[q])
 			status = add_output(estimate, q, datatype, response, error);

@@ -86,25 +86,25 @@ static gnp_status add_index(const struct gnp_filter *filter, struct gnp_tensors 
 }
 
 static gnp_status add_output(enum output output, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                             struct gnp_error *error)
+                             struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_tensor_info *info = &outputs[output];
 	switch (output) {
 	case KEEP: return gnp_common_add_copy(to, info, filter->count, filter->keep, error);
-	case DEVIATION: return gnp_common_add_numbers(to, info, type, filter->count, &filter->deviation, error);
-	case POINTS: return gnp_common_add_numbers(to, info, type, filter->kept, &filter->points, error);
+	case DEVIATION: return gnp_common_add_numbers(to, info, type, filter->count, &filter->deviation, task, error);
+	case POINTS: return gnp_common_add_numbers(to, info, type, filter->kept, &filter->points, task, error);
 	case INDEX: return add_index(filter, to, error);
-	default: return gnp_common_add_numbers(to, info, type, filter->kept, &filter->normals, error);
+	default: return gnp_common_add_numbers(to, info, type, filter->kept, &filter->normals, task, error);
 	}
 }
 
 static gnp_status add_outputs(const struct options *o, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                              struct gnp_error *error)
+                              struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++) {
 		if (o->outputs >> output & 1)
-			status = add_output((enum output)output, filter, type, to, error);
+			status = add_output((enum output)output, filter, type, to, task, error);
 	}
 	return status;
 }
@@ -171,9 +171,9 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	status = gnp_filter_run(&cloud, &o->core, pool, task, &filter, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_report(&filter, &o->core, task, &response->parameters, error);
+		status = add_outputs(o, &filter, input.type, &response->outputs, task, error);
 	if (status == GNP_OK)
-		status = add_outputs(o, &filter, input.type, &response->outputs, error);
+		status = add_report(&filter, &o->core, task, &response->parameters, error);
 done:
 	gnp_filter_clear(&filter);
 	gnp_common_cloud_clear(&input);

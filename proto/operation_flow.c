@@ -136,34 +136,34 @@ static size_t memory(const struct gnp_call *call)
 }
 
 static gnp_status add_output(enum output output, struct gnp_flow *flow, enum gnp_datatype type, struct gnp_tensors *to,
-                             struct gnp_error *error)
+                             struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_tensor_info *info = &outputs[output];
 	struct gnp_flow_snapshots *s = &flow->snapshots;
 	size_t rows = is_snapshot(output) ? (size_t)s->start[s->count] : flow->count;
 	switch (output) {
-	case POINTS: return gnp_common_add_numbers(to, info, type, rows, &flow->points, error);
-	case NORMALS: return gnp_common_add_numbers(to, info, type, rows, &flow->normals, error);
-	case MEAN_CURVATURE: return gnp_common_add_numbers(to, info, type, rows, &flow->mean_curvature, error);
+	case POINTS: return gnp_common_add_numbers(to, info, type, rows, &flow->points, task, error);
+	case NORMALS: return gnp_common_add_numbers(to, info, type, rows, &flow->normals, task, error);
+	case MEAN_CURVATURE: return gnp_common_add_numbers(to, info, type, rows, &flow->mean_curvature, task, error);
 	case INDEX: return gnp_common_add_copy(to, info, rows, flow->index, error);
 	case RECORD: return gnp_common_add_copy(to, info, flow->steps + 1, flow->records, error);
 	case SNAPSHOT_START: return gnp_common_add_copy(to, info, s->count + 1, s->start, error);
 	case SNAPSHOT_STEP: return gnp_common_add_copy(to, info, s->count, s->step, error);
 	case SNAPSHOT_TIME: return gnp_common_add_copy(to, info, s->count, s->time, error);
-	case SNAPSHOT_POINTS: return gnp_common_add_numbers(to, info, type, rows, &s->points, error);
-	case SNAPSHOT_NORMALS: return gnp_common_add_numbers(to, info, type, rows, &s->normals, error);
-	default: return gnp_common_add_numbers(to, info, type, rows, &s->mean_curvature, error);
+	case SNAPSHOT_POINTS: return gnp_common_add_numbers(to, info, type, rows, &s->points, task, error);
+	case SNAPSHOT_NORMALS: return gnp_common_add_numbers(to, info, type, rows, &s->normals, task, error);
+	default: return gnp_common_add_numbers(to, info, type, rows, &s->mean_curvature, task, error);
 	}
 }
 
 static gnp_status add_outputs(uint64_t wanted, struct gnp_flow *flow, enum gnp_datatype type, struct gnp_tensors *to,
-                              struct gnp_error *error)
+                              struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++) {
 		bool made = !is_snapshot(output) || flow->snapshots.count;
 		if (made && (wanted >> output & 1))
-			status = add_output((enum output)output, flow, type, to, error);
+			status = add_output((enum output)output, flow, type, to, task, error);
 	}
 	return status;
 }
@@ -225,9 +225,9 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	status = gnp_flow_run_kept(&cloud, fixed, &o->core, call->checkpoint, pool, task, &flow, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
-		status = add_report(&flow, &o->core, task, &response->parameters, error);
+		status = add_outputs(o->outputs, &flow, input.type, &response->outputs, task, error);
 	if (status == GNP_OK)
-		status = add_outputs(o->outputs, &flow, input.type, &response->outputs, error);
+		status = add_report(&flow, &o->core, task, &response->parameters, error);
 done:
 	gnp_flow_clear(&flow);
 	free(fixed);
