@@ -228,12 +228,56 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	gnp_sample_clear(&sample);
 }
 
+/* A sphere of `count` points, whose every tenth is moved off it. */
+static double *spoilt_sphere(size_t count)
+{
+	double *points = malloc(3 * count * sizeof *points);
+	for (size_t i = 0; i < count; i++) {
+		double z = 1 - (2 * (double)i + 1) / (double)count, r = sqrt(1 - z * z), a = 2.39996323 * (double)i, off = i % 10 == 3 ? 1.3 : 1;
+		points[3 * i] = off * r * cos(a);
+		points[3 * i + 1] = off * r * sin(a);
+		points[3 * i + 2] = off * z;
+	}
+	return points;
+}
+
+/* Rows were once written by indices of the whole cloud into the matrix of what was left of it, past its end. */
+static void rows_of_points_that_the_filter_drops_are_empty(void)
+{
+	for (size_t count = 120; count <= 3000; count *= 5) {
+		double *points = spoilt_sphere(count);
+		const struct gnp_cloud cloud = {count, points, NULL};
+		struct gnp_filter_options filter = gnp_filter_defaults();
+		struct gnp_filter kept;
+		struct gnp_error error = {0};
+		struct gnp_collocation made = {.rows = 0};
+		CHECK(gnp_filter_run(&cloud, &filter, pool, NULL, &kept, &error) == GNP_OK && kept.kept < count);
+		for (int system = GNP_SYSTEM_SQUARE; system <= GNP_SYSTEM_LEAST_SQUARES; system++) {
+			struct gnp_laplacian_options options = options_of(GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN));
+			options.domain.filter = &filter;
+			options.system = system;
+			CHECK(gnp_laplacian_run(&cloud, &options, pool, NULL, &made, NULL, &error) == GNP_OK);
+			CHECK(made.rows == count && (system == GNP_SYSTEM_SQUARE ? made.columns == kept.kept : made.columns < kept.kept));
+			for (size_t i = 0; i < made.rows; i++)
+				CHECK((made.row_offsets[i + 1] > made.row_offsets[i]) == kept.keep[i]);
+			for (size_t c = 0; c < made.columns; c++)
+				CHECK(kept.keep[made.kept[c]] && (c == 0 || made.kept[c] > made.kept[c - 1]));
+			for (size_t e = 0; e < made.row_offsets[made.rows]; e++)
+				CHECK(made.column[e] < made.columns);
+			gnp_collocation_clear(&made);
+		}
+		gnp_filter_clear(&kept);
+		free(points);
+	}
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(derivatives_are_those_of_the_surface),
 	                                    TEST(the_laplacian_converges_with_order_three),
 	                                    TEST(lower_degrees_are_less_accurate_and_the_first_has_no_laplacian),
 	                                    TEST(least_squares_drops_a_tenth_of_the_unknowns), TEST(sheets_are_not_joined),
+	                                    TEST(rows_of_points_that_the_filter_drops_are_empty),
 	                                    TEST(any_number_of_workers_gives_the_same_bytes),
 	                                    TEST(bad_options_and_clouds_are_refused_by_name)};
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)

@@ -104,6 +104,21 @@ def test_laplacian_as_matrix_market(server):
                  "mtx: needs row_offsets")
 
 
+def test_a_matrix_of_a_filtered_cloud(server):
+    """It once took the daemon with it, or a later request: of many sizes, and all must be answered by one process."""
+    for count in (120, 300, 1100, 3000):
+        cloud = harness.sphere(count)
+        for i in range(3, count, 10):
+            for c in range(3):
+                cloud[3 * i + c] *= 1.3
+        headers, body = harness.points_body(cloud, filter=True, estimator="gmls")
+        head, outputs = harness.parse_infer(server.post("/v2/models/laplacian/infer", body, headers))
+        offsets, kept = outputs["row_offsets"], set(outputs["kept"])
+        assert len(offsets) == count + 1 and len(kept) < count, (len(offsets), len(kept))
+        assert all((offsets[i + 1] > offsets[i]) == (i in kept) for i in range(count))
+        assert server.post("/v1/laplacian?filter=true&estimator=adaptive&format=npz", harness.ply(cloud)).status == 200
+
+
 def test_equations_refuse_what_they_cannot_do(server):
     short = ("source", [COUNT - 1, 1], "FP64", array.array("d", [0.0] * (COUNT - 1)).tobytes())
     expect_error(infer(server, "poisson", [points(), short], estimator="gmls"), 400, "invalid_argument", "source")
