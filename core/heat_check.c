@@ -24,10 +24,16 @@ struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const dou
 	return range;
 }
 
-/* What u is at the end, as it is to be expected of the start. */
+/* What u is at the end, as it is to be expected of the start. Dropped points, which have the local fit's values, are among those it is seen at. */
 static struct gnp_heat_range measure(const struct gnp_domain *domain, const double *u, size_t count, size_t column)
 {
-	return gnp_heat_expect(domain, u, NULL, count, column, 0);
+	struct gnp_heat_range range = gnp_heat_expect(domain, u, NULL, count, column, 0);
+	for (size_t i = 0; i < domain->dropped; i++) {
+		double value = u[(size_t)domain->dropped_index[i] * count + column];
+		range.low = fmin(range.low, value);
+		range.high = fmax(range.high, value);
+	}
+	return range;
 }
 
 void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t count, const struct gnp_heat_range *ranges,
