@@ -416,7 +416,7 @@ static void the_first_error_wins_and_long_text_is_cut(void)
 	CHECK_STRING(error.text, "points: got 3, need at least 16");
 	CHECK(gnp_error_set(NULL, GNP_IO, "nobody listens") == GNP_IO);
 	error = (struct gnp_error){0};
-	gnp_error_set(&error, GNP_IO, "%0600d", 1);
+	gnp_error_set(&error, GNP_IO, "%01000d", 1);
 	CHECK(strlen(error.text) == sizeof error.text - 1);
 }
 
