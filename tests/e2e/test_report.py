@@ -1,6 +1,7 @@
 """What answers say of themselves: the headers of every answer, results and records of jobs, and the files themselves."""
 import io
 import json
+import os
 import re
 import shutil
 import tempfile
@@ -14,8 +15,15 @@ BOTH = harness.sphere(600) + harness.floats(x + 5 * (i % 3 == 0) for i, x in enu
 TWO = harness.ply(BOTH)  # two spheres without normals: each is oriented by itself, which is warned of
 ONE = harness.ply(harness.sphere(600))
 CALL = "estimate?quantities=mean_curvature&weights=clean_30k"
+REAL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "weights", "clean_30k.safetensors")
 FORMATS = ("ply", "npy", "npz", "xyz", "csv", "vtk", "json")
 WARNING = "components: normals were estimated and each of 2 separate components is oriented by itself"
+
+
+def trained(**flags):
+    """A daemon with a model whose answers warn of nothing but what they should."""
+    with open(REAL, "rb") as file:
+        return Server(weights={"clean_30k.safetensors": file.read()}, **flags)
 
 
 def of_array(data):
@@ -61,23 +69,25 @@ def check(response, kind, warnings):
     assert said_in(kind, response.body) in (None, (said["weights_sha256"], warnings)), said_in(kind, response.body)
 
 
-def test_files_come_with_what_they_say(server):
-    for kind in FORMATS:
-        check(server.post("/v1/%s&format=%s" % (CALL, kind), TWO), kind, [WARNING])
-        check(server.post("/v1/%s&format=%s" % (CALL, kind), ONE), kind, [])
-    matrix = server.post("/v1/laplacian?format=mtx&weights=clean_30k", ONE)
-    assert matrix.status == 200 and matrix.headers["x-gnpd-warnings"].isdigit(), matrix.headers
-    digest = json.loads(matrix.headers["x-gnpd-parameters"])["weights_sha256"]
-    assert of_comments(matrix.text, "%")["weights_sha256"] == [digest]
+def test_files_come_with_what_they_say():
+    with trained() as server:
+        for kind in FORMATS:
+            check(server.post("/v1/%s&format=%s" % (CALL, kind), TWO), kind, [WARNING])
+            check(server.post("/v1/%s&format=%s" % (CALL, kind), ONE), kind, [])
+        matrix = server.post("/v1/laplacian?format=mtx&weights=clean_30k", ONE)
+        assert matrix.status == 200 and matrix.headers["x-gnpd-warnings"].isdigit(), matrix.headers
+        digest = json.loads(matrix.headers["x-gnpd-parameters"])["weights_sha256"]
+        assert of_comments(matrix.text, "%")["weights_sha256"] == [digest]
 
 
-def test_tensors_come_with_their_count(server):
-    for cloud, count in ((BOTH, 1), (harness.sphere(600), 0)):
-        headers, body = harness.points_body(cloud, weights="clean_30k")
-        response = server.post("/v2/models/estimate/infer", body, headers)
-        assert response.status == 200 and response.headers["x-gnpd-warnings"] == str(count), response.headers
-        said = harness.parse_infer(response)[0]["parameters"]
-        assert len(said["weights_sha256"]) == 64 and said.get("warnings", "") == WARNING * count, said
+def test_tensors_come_with_their_count():
+    with trained() as server:
+        for cloud, count in ((BOTH, 1), (harness.sphere(600), 0)):
+            headers, body = harness.points_body(cloud, weights="clean_30k")
+            response = server.post("/v2/models/estimate/infer", body, headers)
+            assert response.status == 200 and response.headers["x-gnpd-warnings"] == str(count), response.headers
+            said = harness.parse_infer(response)[0]["parameters"]
+            assert len(said["weights_sha256"]) == 64 and said.get("warnings", "") == WARNING * count, said
 
 
 def test_every_operation_names_the_weights_it_chose(server):
@@ -99,17 +109,18 @@ def test_errors_have_no_count(server):
     assert "x-gnpd-warnings" not in response.headers and "x-gnpd-parameters" not in response.headers
 
 
-def test_jobs_say_it_too(server):
-    for kind in FORMATS:
-        for cloud, warnings in ((TWO, [WARNING]), (ONE, [])):
-            job = submit(server, "%s&format=%s" % (CALL, kind), cloud)
-            record = finished(server, job)
-            assert record["state"] == "succeeded" and record["warnings"] == warnings, record
-            check(server.get("/v1/jobs/%s/result" % job), kind, warnings)
-    part = server.get("/v1/jobs/%s/result" % job, headers={"Range": "bytes=0-9"})
-    assert part.status == 206 and part.headers["x-gnpd-warnings"] == "0" and "x-gnpd-parameters" in part.headers, part.headers
-    beyond = server.get("/v1/jobs/%s/result" % job, headers={"Range": "bytes=99999999-"})
-    assert beyond.status == 416 and "x-gnpd-warnings" not in beyond.headers, beyond.headers
+def test_jobs_say_it_too():
+    with trained() as server:
+        for kind in FORMATS:
+            for cloud, warnings in ((TWO, [WARNING]), (ONE, [])):
+                job = submit(server, "%s&format=%s" % (CALL, kind), cloud)
+                record = finished(server, job)
+                assert record["state"] == "succeeded" and record["warnings"] == warnings, record
+                check(server.get("/v1/jobs/%s/result" % job), kind, warnings)
+        part = server.get("/v1/jobs/%s/result" % job, headers={"Range": "bytes=0-9"})
+        assert part.status == 206 and part.headers["x-gnpd-warnings"] == "0" and "x-gnpd-parameters" in part.headers, part.headers
+        beyond = server.get("/v1/jobs/%s/result" % job, headers={"Range": "bytes=99999999-"})
+        assert beyond.status == 416 and "x-gnpd-warnings" not in beyond.headers, beyond.headers
 
 
 def test_a_job_that_is_not_over_warns_of_nothing(server):
@@ -122,11 +133,11 @@ def test_a_job_that_is_not_over_warns_of_nothing(server):
 def test_what_jobs_say_outlives_the_process():
     folder = tempfile.mkdtemp(prefix="gnpd-report-test.")
     try:
-        with Server(jobs_dir=folder) as server:
+        with trained(jobs_dir=folder) as server:
             job = submit(server, CALL + "&format=npy", TWO, {"Idempotency-Key": "one"})
             finished(server, job)
             before = server.get("/v1/jobs/%s/result" % job)
-        with Server(jobs_dir=folder) as server:
+        with trained(jobs_dir=folder) as server:
             again = server.post("/v1/jobs/%s&format=npy" % CALL, TWO, {"Idempotency-Key": "one"})
             assert again.status == 200 and again.json["id"] == job and again.json["warnings"] == [WARNING], again.text
             assert server.get("/v1/jobs").json["jobs"][0]["warnings"] == [WARNING]

@@ -222,11 +222,15 @@ def test_files_of_threads_are_counted():
 def test_units_and_configuration_that_are_shipped():
     """The configuration is read by the daemon; the units by systemd, where it is installed."""
     here = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "deploy")
-    done = subprocess.run([harness.BINARY, "--config", os.path.join(here, "gnpd.conf"), "--check-config"], stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
-    assert done.returncode == 0, done.stderr
     with open(os.path.join(here, "gnpd.conf")) as file, credentials.Folder() as folder:
-        beyond = folder.put("beyond.conf", file.read().replace("\nlisten = ", "\n#").replace("#listen", "listen").replace("#keys-file", "keys-file"))
+        shipped = file.read()
+        assert "\njobs-dir = /var/lib/gnpd/jobs\n" in shipped, "the unit makes this one"
+        for place, code in ((folder.path, 0), (folder.name("missing"), 1)):
+            here_too = folder.put("here.conf", shipped.replace("/var/lib/gnpd/jobs", place))
+            done = subprocess.run([harness.BINARY, "--config", here_too, "--check-config"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                  text=True, timeout=20 * SLOW)
+            assert done.returncode == code and ("jobs-dir: " + place in done.stderr) == (code != 0), done
+        beyond = folder.put("beyond.conf", shipped.replace("/var/lib/gnpd/jobs", folder.path).replace("\nlisten = ", "\n#").replace("#listen", "listen").replace("#keys-file", "keys-file"))
         done = subprocess.run([harness.BINARY, "--config", beyond, "--check-config"], stderr=subprocess.PIPE, text=True, timeout=20 * SLOW)
         assert "keys-file: /etc/gnpd/keys: " in done.stderr, done.stderr
         with open(os.path.join(here, "gnpd.service")) as file:
