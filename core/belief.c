@@ -12,7 +12,10 @@
 #include "vector.h"
 
 /* Neighbours looked at: of a row of points, of a point's surface, of the patches that estimators make. */
-enum { SAMPLES = 512, FEW = 9, NEAR = 16, WIDE = 96, CHUNK = 32 };
+enum { FEW = 9, NEAR = 16, WIDE = 96 };
+
+/* Points looked at: one of EVERY, so that small clouds do not pay more for it than for their answer, and a share of FEWEST points is one. */
+enum { EVERY = 20, SAMPLES_LEAST = 64, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 32 };
 
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
 
@@ -29,7 +32,9 @@ static const double CREASE = 3, CREASE_LEAST = 0.05, CREASES_MOST = 2.5;
 
 size_t gnp_belief_stride(size_t count)
 {
-	return (count + SAMPLES - 1) / SAMPLES;
+	size_t wanted = count / EVERY;
+	wanted = wanted < SAMPLES_LEAST ? SAMPLES_LEAST : wanted > SAMPLES_MOST ? SAMPLES_MOST : wanted;
+	return (count + wanted - 1) / wanted;
 }
 
 /* What is seen at a point. Lengths in local spacings, angles in degrees. */
@@ -77,19 +82,23 @@ static void between(const double *from, const double *to, double d[3])
 		d[c] = to[c] - from[c];
 }
 
-/* Of points in rows the nearest lie on a line, whose plane means nothing: looks farther until they span two directions. */
-static void see_plane(const struct gnp_prepared *prepared, const struct row *row, const double normal[3], struct look *look)
+/* Of points in rows the nearest lie on a line, whose plane means nothing: looks farther until they span two directions. False when the row does
+ * not. */
+static bool see_plane(const struct gnp_prepared *prepared, const struct row *row, const double normal[3], struct look *look)
 {
 	static const double spans = 0.1; /* ratio of variances */
 	struct gnp_pca pca;
+	bool spanned;
 	for (size_t k = at_most(NEAR, row);; k = at_most(2 * k, row)) {
 		gnp_pca_fit(prepared->points, row->index, k, &pca);
 		look->spanned = k;
-		if (k == row->count || pca.values[1] >= spans * pca.values[0])
+		spanned = pca.values[1] >= spans * pca.values[0];
+		if (k == row->count || spanned)
 			break;
 	}
 	look->flat = pca.values[1] > 0 ? pca.values[2] / pca.values[1] : INFINITY;
 	look->tilt = angle(fabs(gnp_dot(normal, pca.axes[2])));
+	return spanned;
 }
 
 static void see_row(const struct gnp_prepared *prepared, const struct row *row, struct look *look)
@@ -170,28 +179,57 @@ static void see_heights(const struct gnp_prepared *prepared, const struct row *r
 	look->small = sqrt(fmax(square - explained, 0) / (double)(near - SIZE)) * radius / look->spacing;
 }
 
+static gnp_status find_row(const struct gnp_prepared *prepared, size_t i, size_t count, struct gnp_scratch *scratch, struct row *row,
+                           struct gnp_error *error)
+{
+	row->count = count < prepared->count ? count : prepared->count;
+	return gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * i, 1, row->count, row->index, row->distance, scratch, error);
+}
+
+/* Of the answer: the wide row costs most and is looked for only where the near one spans one direction. */
+static gnp_status look_at_answer(const struct work *work, size_t s, struct gnp_scratch *scratch, struct row *row, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	struct look *look = &work->looks[s];
+	gnp_status status = find_row(prepared, s * work->stride, 2 * NEAR, scratch, row, error);
+	if (status == GNP_OK && !see_plane(prepared, row, work->probes[s].normal, look)) {
+		status = find_row(prepared, s * work->stride, WIDE, scratch, row, error);
+		if (status == GNP_OK)
+			see_plane(prepared, row, work->probes[s].normal, look);
+	}
+	return status;
+}
+
+static gnp_status look_at_cloud(const struct work *work, size_t s, struct gnp_scratch *scratch, struct row *row, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	size_t i = s * work->stride;
+	struct look *look = &work->looks[s];
+	gnp_status status = find_row(prepared, i, WIDE, scratch, row, error);
+	if (status != GNP_OK)
+		return status;
+	see_plane(prepared, row, prepared->normals + 3 * i, look);
+	see_row(prepared, row, look);
+	see_normals(prepared, i, row, look);
+	see_sheets(prepared, i, row, look);
+	return GNP_OK;
+}
+
 static gnp_status look_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct work *work = context;
-	const struct gnp_prepared *prepared = work->prepared;
-	struct row row = {.count = WIDE < prepared->count ? WIDE : prepared->count};
-	for (size_t s = begin; s < end; s++) {
-		size_t i = s * work->stride;
+	struct row row;
+	gnp_status status = GNP_OK;
+	for (size_t s = begin; s < end && status == GNP_OK; s++) {
 		struct look *look = &work->looks[s];
-		gnp_status status = gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * i, 1, row.count, row.index, row.distance, scratch,
-		                                      error);
+		status = (work->probes ? look_at_answer : look_at_cloud)(work, s, scratch, &row, error);
 		if (status != GNP_OK)
-			return status;
-		look->spacing = row.distance[at_most(4 * NEAR, &row) - 1] * sqrt(PI / (double)at_most(4 * NEAR, &row));
-		see_plane(prepared, &row, work->probes ? work->probes[s].normal : prepared->normals + 3 * i, look);
-		see_heights(prepared, &row, look);
-		if (work->probes)
-			continue;
-		see_row(prepared, &row, look);
-		see_normals(prepared, i, &row, look);
-		see_sheets(prepared, i, &row, look);
+			break;
+		size_t near = at_most(2 * NEAR, &row);
+		look->spacing = row.distance[near - 1] * sqrt(PI / (double)near);
+		see_heights(work->prepared, &row, look);
 	}
-	return GNP_OK;
+	return status;
 }
 
 static gnp_status look_at(struct work *work, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
@@ -256,7 +294,7 @@ static double share(const struct work *work, bool (*holds)(const struct work *wo
 	size_t count = 0;
 	for (size_t s = 0; s < work->samples; s++)
 		count += holds(work, s);
-	return 100 * (double)count / (double)work->samples;
+	return count < FEWEST ? 0 : 100 * (double)count / (double)work->samples;
 }
 
 static double spacing_at(const struct work *work, size_t s)
@@ -383,7 +421,7 @@ static void warn_of_sides(const struct work *work, struct gnp_warnings *warnings
 {
 	double opposite = share(work, opposed);
 	if (opposite > OPPOSITE_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.0f %% of %zu sampled points have a normal opposite to one beside it, the limit is %g %%: parts "
+		gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.1f %% of %zu sampled points have a normal opposite to one beside it, the limit is %g %%: parts "
 		                 "came out inside out, send normals",
 		                 opposite, work->samples, OPPOSITE_MOST);
 }
