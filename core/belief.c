@@ -15,7 +15,7 @@
 enum { FEW = 9, NEAR = 16, WIDE = 96 };
 
 /* Points looked at: one of EVERY, so that small clouds do not pay more for it than for their answer, and a share of FEWEST points is one. */
-enum { EVERY = 20, SAMPLES_LEAST = 64, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 32 };
+enum { EVERY = 50, SAMPLES_LEAST = 40, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 8 };
 
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
 
