@@ -129,16 +129,17 @@ static void view_clear(struct view *view)
 	free(view->outlier);
 }
 
-/* The normals are those of the points that are left if these are `known`. */
-static gnp_status look(struct run *run, bool known, struct view *view, struct gnp_error *error)
+/* The normals are those of the points that are left if these are `known`, and those of fits if it looks `again`: then nothing is judged. */
+static gnp_status look(struct run *run, bool known, bool again, struct view *view, struct gnp_error *error)
 {
 	const struct gnp_cloud cloud = {run->result.kept, run->result.points, known ? run->result.normals : NULL};
 	struct gnp_estimate_options options = run->options->estimate;
 	options.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	options.if_offered = run->options->consensus ? GNP_QUANTITY_BIT(GNP_OUTLIER) : 0;
+	options.unjudged = again;
 	gnp_status status = gnp_cloud_check(&cloud, least_points(run->options), error);
 	if (status == GNP_OK)
-		status = gnp_prepare(&cloud, run->pool, run->task, &view->prepared, error);
+		status = (again ? gnp_prepare_fitted : gnp_prepare)(&cloud, run->pool, run->task, &view->prepared, error);
 	if (status == GNP_OK)
 		status = gnp_estimate_prepared(&view->prepared, &options, run->pool, run->task, &view->found, error);
 	if (!known)
@@ -245,7 +246,7 @@ static double project(struct run *run, const struct gnp_estimate *found, const u
 static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing, struct gnp_error *error)
 {
 	struct gnp_filter *r = &run->result;
-	gnp_status status = look(run, !r->normals_estimated, view, error);
+	gnp_status status = look(run, !r->normals_estimated, false, view, error);
 	if (status == GNP_OK && run->options->consensus)
 		status = judge(run, view, error);
 	if (status == GNP_OK && run->options->project)
@@ -285,7 +286,7 @@ static gnp_status project_once(struct run *run, struct gnp_error *error)
 	struct gnp_filter *r = &run->result;
 	struct view view = {.outlier = NULL};
 	double *before = gnp_array_new(r->kept, 3 * sizeof *before);
-	gnp_status status = before ? look(run, true, &view, error) : gnp_no_memory("filter", r->kept, "points", error);
+	gnp_status status = before ? look(run, true, true, &view, error) : gnp_no_memory("filter", r->kept, "points", error);
 	if (status == GNP_OK) {
 		memcpy(before, r->points, 3 * r->kept * sizeof *before);
 		double moved = project(run, &view.found, NULL);

@@ -266,8 +266,9 @@ static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 		bool stopped = !may_go_on(flow);
 		gnp_status status = stopped ? GNP_OK : advance(flow, step, &stopped, error);
 		if (status == GNP_OK && stopped && step == 1)
-			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "flow: no step can be taken (%s): %s", gnp_flow_stop_name(flow->result.stop),
-			                       flow->result.reason);
+			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "flow: no step can be taken (%s): %s%s", gnp_flow_stop_name(flow->result.stop),
+			                       flow->result.reason, flow->result.stop == GNP_FLOW_SINGULARITY ? ": the surface needs more points, or noise was taken "
+			                                                                                       "for curvature: filter with project first" : "");
 		if (status == GNP_DRAINING)
 			keep(flow);
 		if (status != GNP_OK || stopped)
@@ -297,9 +298,11 @@ static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepar
 	return GNP_OK;
 }
 
-/* A model chosen by the cloud's noise and outliers stays the flow's. */
+/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they become is for the rules that
+ * stop a flow. */
 static void keep_model(struct flow *flow)
 {
+	flow->rule.estimate.unjudged = true;
 	if (flow->result.model)
 		flow->rule.estimate.model = flow->result.model;
 }

@@ -198,11 +198,19 @@ static gnp_status report_end(const struct gnp_flow *flow, struct gnp_values *rep
 	return status == GNP_OK ? report_state(flow, report, error) : status;
 }
 
+static void warn_of_the_end(const struct gnp_flow *flow, int steps, struct gnp_warnings *warnings)
+{
+	if (flow->stop != GNP_FLOW_STEPS)
+		gnp_warnings_add(warnings, GNP_WARNING_FLOW, "it ended after %zu of %d steps (%s): %s", flow->steps, steps, gnp_flow_stop_name(flow->stop),
+		                 flow->reason);
+}
+
 static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_options *o, const struct gnp_task *task,
                              struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_common_facts facts = {.model = flow->model, .normals_estimated = flow->normals_estimated != 0,
 	                                       .components = flow->components};
+	warn_of_the_end(flow, o->steps, gnp_task_warnings(task));
 	gnp_status status = report_end(flow, report, error);
 	if (status == GNP_OK)
 		status = gnp_common_report(&facts, &o->estimate, report, error);
