@@ -132,14 +132,28 @@ static gnp_status report_projection(const struct gnp_filter *filter, struct gnp_
 	return status == GNP_OK ? gnp_values_add_string(report, "stop", gnp_filter_stop_text(filter->stop), error) : status;
 }
 
-/* Contamination is rare points that are far off; noise is many that are a little. */
-static void warn_of_noise(const struct gnp_filter *filter, struct gnp_warnings *warnings)
+/* Points whose deviation lies within these, in per cent of all. Deviations of what the pre-filter dropped are lengths and far above. */
+static double percent_within(const struct gnp_filter *filter, double low, double high)
 {
-	enum { MOST = 30 };
-	double percent = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
-	if (percent > MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped, more than %d %%: the cloud is noisy rather than "
-		                 "contaminated, take weights=noise_70k or a larger alpha", percent, MOST);
+	size_t count = 0;
+	for (size_t i = 0; i < filter->count; i++)
+		count += filter->deviation[i] > low && filter->deviation[i] <= high;
+	return 100 * (double)count / (double)filter->count;
+}
+
+/* Contamination is points that are off, with few between them and the others. Where many points lie on
+ * both sides of alpha, it cuts through noise or detail. */
+static void warn_of_noise(const struct gnp_filter *filter, double alpha, struct gnp_warnings *warnings)
+{
+	static const double most = 50, cut_most = 5;
+	double dropped = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
+	double under = percent_within(filter, alpha / 2, alpha), over = percent_within(filter, alpha, 2 * alpha);
+	if (under > cut_most && over > cut_most)
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within half of "
+		                 "alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: it is noise or detail, take a larger "
+		                 "alpha (%g) or, for noise, weights=noise_70k and alpha=1", dropped, under, over, cut_most, 10 * alpha);
+	else if (dropped > most)
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped, more than %g %%: no surface holds what is left", dropped, most);
 }
 
 static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o, const struct gnp_task *task,
@@ -147,7 +161,6 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 {
 	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components, filter->patches,
 	                                       filter->degenerate, filter->outliers};
-	warn_of_noise(filter, gnp_task_warnings(task));
 	gnp_status status = gnp_common_report(&facts, &o->estimate, report, error);
 	if (status == GNP_OK)
 		status = report_counts(filter, report, error);
@@ -170,8 +183,10 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	struct gnp_cloud cloud = {input.count, input.points, input.normals};
 	status = gnp_filter_run(&cloud, &o->core, pool, task, &filter, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
-	if (status == GNP_OK)
+	if (status == GNP_OK) {
+		warn_of_noise(&filter, o->core.alpha, gnp_task_warnings(task));
 		status = add_outputs(o, &filter, input.type, &response->outputs, task, error);
+	}
 	if (status == GNP_OK)
 		status = add_report(&filter, &o->core, task, &response->parameters, error);
 done:
