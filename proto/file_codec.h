@@ -99,6 +99,10 @@ gnp_status gnp_row_items(const struct gnp_tensors *tensors, const char *format, 
 gnp_status gnp_encode_points(const struct gnp_tensors *tensors, const char *format, const struct gnp_tensor **points,
                              struct gnp_error *error);
 
+/* Six unnamed columns may be colours as well: as normals columns 4 to 6 must be of unit length, to 0.05. GNP_INVALID_ARGUMENT names the file
+ * or array, the row and the length, and what else may come (otherwise). */
+gnp_status gnp_check_normal_columns(const char *what, size_t row, const double normal[3], const char *otherwise, struct gnp_error *error);
+
 /* Appends "<prefix>name value\n" for every comment, and one for each warning; line ends within become spaces. */
 gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,
                               struct gnp_error *error);

@@ -1,6 +1,7 @@
 /* What the formats made of rows share: which field goes where, and which columns a file gets. */
 #include <ctype.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -372,6 +373,15 @@ static gnp_status write_warnings(const char *joined, const char *prefix, struct 
 	while (status == GNP_OK && gnp_warnings_next(&joined, &text, &length))
 		status = gnp_buffer_printf(buffer, error, "%s" GNP_WARNINGS_NAME " %.*s\n", prefix, (int)length, text);
 	return status;
+}
+
+gnp_status gnp_check_normal_columns(const char *what, size_t row, const double normal[3], const char *otherwise, struct gnp_error *error)
+{
+	double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+	if (fabs(length - 1) < 0.05)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: row %zu: columns 4 to 6 have length %g, need unit normals or %s", what, row, length,
+	                     otherwise);
 }
 
 gnp_status gnp_write_comments(const struct gnp_values *comments, const char *prefix, struct gnp_buffer *buffer,

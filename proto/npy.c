@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "file_codec.h"
 #include "memory.h"
 #include "scalar.h"
 
@@ -188,6 +189,18 @@ static gnp_status add_vectors(const struct gnp_tensor *source, const char *name,
 	return status;
 }
 
+static gnp_status check_normals(const struct gnp_tensor *source, const char *name, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (size_t row = 0; row < source->shape[0] && status == GNP_OK; row++) {
+		double n[3];
+		for (size_t c = 0; c < 3; c++)
+			n[c] = gnp_tensor_get(source, 6 * row + 3 + c);
+		status = gnp_check_normal_columns(name, row, n, "the first three columns alone where they are colours", error);
+	}
+	return status;
+}
+
 static bool is_points(const char *name)
 {
 	return strcmp(name, "points") == 0;
@@ -216,7 +229,9 @@ gnp_status gnp_npy_split_vectors(struct gnp_tensors *tensors, const char *name, 
 	if (!both && (source.datatype == GNP_FP32 || source.datatype == GNP_FP64))
 		return GNP_OK;
 	tensors->count--;
-	gnp_status status = add_vectors(&source, name, 0, tensors, error);
+	gnp_status status = both ? check_normals(&source, name, error) : GNP_OK;
+	if (status == GNP_OK)
+		status = add_vectors(&source, name, 0, tensors, error);
 	if (status == GNP_OK && both)
 		status = add_vectors(&source, "normals", 3, tensors, error);
 	if (source.owned) {

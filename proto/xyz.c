@@ -1,7 +1,6 @@
 /* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
  * names x, y and z names the columns; without one the first three are the point and, of exactly six, the rest the normal. */
 #include <ctype.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -173,7 +172,6 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 	return t->rows ? GNP_OK : gnp_error_set(t->error, GNP_INVALID_ARGUMENT, "xyz: no row of numbers");
 }
 
-/* Six columns may be colours as well: as normals they must be of unit length. */
 static gnp_status name_columns(struct table *t)
 {
 	static const char *const standard[] = {"x", "y", "z", "nx", "ny", "nz"};
@@ -185,15 +183,10 @@ static gnp_status name_columns(struct table *t)
 		else
 			snprintf(t->names[c], NAME_MAX_LENGTH, "column_%zu", c);
 	}
-	for (size_t row = 0; row < t->rows && t->columns == 6; row++) {
-		const double *n = t->values + 6 * row + 3;
-		double length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-		if (!(fabs(length - 1) < 0.05))
-			return gnp_error_set(t->error, GNP_INVALID_ARGUMENT,
-			                     "xyz: row %zu: columns 4 to 6 have length %g, need unit normals or a heading such as # x y z r g b",
-			                     row, length);
-	}
-	return GNP_OK;
+	gnp_status status = GNP_OK;
+	for (size_t row = 0; row < t->rows && t->columns == 6 && status == GNP_OK; row++)
+		status = gnp_check_normal_columns("xyz", row, t->values + 6 * row + 3, "a heading such as # x y z r g b", t->error);
+	return status;
 }
 
 static gnp_status make_tensors(struct table *t, const struct gnp_decode *decode, struct gnp_tensors *tensors)

@@ -222,12 +222,16 @@ static void six_columns_are_points_and_normals(void)
 	struct gnp_tensors tensors = {0};
 	size_t size = make_npy(file, DICT("|u1", "(2, 6)"), 12);
 	for (int i = 0; i < 12; i++)
-		file[size - 12 + (size_t)i] = (unsigned char)(i + 1);
+		file[size - 12 + (size_t)i] = (unsigned char)(i % 6 < 3 ? i + 1 : i % 6 == 5);
 	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, NULL) == GNP_OK);
 	const struct gnp_tensor *points = gnp_tensors_find(&tensors, "points"), *normals = gnp_tensors_find(&tensors, "normals");
 	CHECK(points && points->datatype == GNP_FP32 && gnp_tensor_get(points, 3) == 7);
-	CHECK(normals && gnp_tensor_get(normals, 5) == 12);
+	CHECK(normals && gnp_tensor_get(normals, 5) == 1 && gnp_tensor_get(normals, 4) == 0);
 	gnp_tensors_clear(&tensors);
+	struct gnp_error error = {0};
+	file[size - 1] = 200; /* a colour */
+	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT && tensors.count == 0);
+	CHECK_STRING(error.text, "points: row 1: columns 4 to 6 have length 200, need unit normals or the first three columns alone where they are colours");
 }
 
 static void not_a_zip_file_is_refused(void)
