@@ -126,7 +126,7 @@ static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_d
 /* Entries of operators are inverse squares of lengths, and their squares and products have to be numbers, too. */
 static gnp_status check_extent(const struct gnp_cloud *cloud, struct gnp_error *error)
 {
-	static const double least = 1e-60, most = 1e60;
+	static const double least = 1e-25, most = 1e25;
 	double extent = 0;
 	for (size_t i = 3; i < 3 * cloud->count; i++)
 		extent = fmax(extent, fabs(cloud->points[i] - cloud->points[i % 3]));

@@ -187,6 +187,19 @@ static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *p
 	return status == GNP_OK || (status == GNP_NO_CONVERGENCE && !direct) ? GNP_OK : gnp_error_set(error, status, "%s", own.text);
 }
 
+/* Beyond this the Laplacian is lost in alpha's rounding, and squares of products overflow. */
+static gnp_status check_screening(const struct gnp_domain *domain, double alpha, struct gnp_error *error)
+{
+	static const double most = 1e12;
+	double area = 0;
+	for (size_t i = 0; i < domain->prepared.count; i++)
+		area += domain->area[i] / (double)domain->prepared.count;
+	if (alpha * area <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g (of heat: one over dt), need at most %g, %g over the area of %g that a point "
+	                                                  "stands for", alpha, most / area, most, area);
+}
+
 static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
                        struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
@@ -194,6 +207,8 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
 	if (status == GNP_OK)
 		status = gnp_domain_check_distinct(&poisson->domain, error);
+	if (status == GNP_OK)
+		status = check_screening(&poisson->domain, options->screening, error);
 	if (status == GNP_OK)
 		status = order_fixed(&poisson->domain, options->fixed, &given, error);
 	if (status == GNP_OK)

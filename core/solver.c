@@ -1,5 +1,6 @@
 #include "solver.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,6 +17,7 @@ struct gnp_solver {
 	int kind;
 	struct gnp_lu *lu; /* direct: of the system or its normal equations; iterative: of the finite-volume form */
 	double *mass;      /* (unknowns) iterative: area, 1 at given points */
+	double *squares;   /* (rows) direct, square, with given points: what squares of residuals weigh; NULL: all the same */
 };
 
 void gnp_solver_free(struct gnp_solver *solver)
@@ -24,6 +26,7 @@ void gnp_solver_free(struct gnp_solver *solver)
 		return;
 	gnp_lu_free(solver->lu);
 	free(solver->mass);
+	free(solver->squares);
 	free(solver);
 }
 
@@ -77,6 +80,26 @@ static double *kept_points(const struct gnp_equation *equation, const double *po
 	return kept;
 }
 
+/* Rows of given points are of another unit than the others, which have one over a length squared: for a residual that does not depend on
+ * the unit of length they weigh as much as the largest number of those. */
+static gnp_status weigh_rows(struct gnp_solver *solver, struct gnp_error *error)
+{
+	const struct gnp_equation *equation = solver->equation;
+	const struct gnp_csr *matrix = &equation->matrix;
+	double largest = 0;
+	if (!is_square(equation) || !equation->given)
+		return GNP_OK;
+	solver->squares = gnp_array_new(equation->rows, sizeof *solver->squares);
+	if (!solver->squares)
+		return gnp_no_memory("factor", equation->rows, "rows", error);
+	for (size_t i = 0; i < equation->rows; i++)
+		for (size_t e = matrix->row_offsets[i]; e < matrix->row_offsets[i + 1] && !equation->given[i]; e++)
+			largest = fmax(largest, fabs(matrix->value[e]));
+	for (size_t i = 0; i < equation->rows; i++)
+		solver->squares[i] = equation->given[i] && largest > 0 ? largest * largest : 1;
+	return GNP_OK;
+}
+
 static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain *domain, size_t memory_limit, struct gnp_pool *pool,
                               struct gnp_task *task, bool *fits, struct gnp_error *error)
 {
@@ -89,7 +112,7 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 	                           error);
 	free(points);
 	solver->kind = GNP_SOLVER_DIRECT;
-	return status;
+	return status == GNP_OK ? weigh_rows(solver, error) : status;
 }
 
 /* The kept points of a domain on their own. */
@@ -257,14 +280,14 @@ static gnp_status residual_of(const struct gnp_solver *solver, const double *b, 
 		left[i] = b[i] - left[i];
 	if (is_square(equation)) {
 		memcpy(correction, left, equation->rows * sizeof *left);
-		status = status == GNP_OK ? gnp_vectors_norm(equation->rows, NULL, b, pool, &size, error) : status;
+		status = status == GNP_OK ? gnp_vectors_norm(equation->rows, solver->squares, b, pool, &size, error) : status;
 	} else {
 		status = status == GNP_OK ? gnp_csr_multiply(&equation->transpose, b, correction, pool, NULL, error) : status;
 		status = status == GNP_OK ? gnp_vectors_norm(equation->unknowns, NULL, correction, pool, &size, error) : status;
 		status = status == GNP_OK ? gnp_csr_multiply(&equation->transpose, left, correction, pool, NULL, error) : status;
 	}
 	if (status == GNP_OK)
-		status = gnp_vectors_norm(equation->unknowns, NULL, correction, pool, &norm, error);
+		status = gnp_vectors_norm(equation->unknowns, solver->squares, correction, pool, &norm, error);
 	if (status == GNP_OK)
 		report->residual = size > 0 ? norm / size : norm;
 	return status;

@@ -26,6 +26,7 @@
 	X(GNP_WARNING_OPERATOR, "operator", "a prepared operator that a second discretisation does not confirm")                      \
 	X(GNP_WARNING_FLOW, "flow", "the flow ended before its steps were done")                                                     \
 	X(GNP_WARNING_MEAN, "mean", "right-hand sides had a mean, which was removed")                                                \
+	X(GNP_WARNING_RESIDUAL, "residual", "a system solved to few digits: it is near singular")                                     \
 	X(GNP_WARNING_ENERGY, "energy", "a solution that a second discretisation does not confirm")                                  \
 	X(GNP_WARNING_EIGENVALUES, "eigenvalues", "negative or complex eigenvalues, or such as a second discretisation does not have") \
 	X(GNP_WARNING_HEAT, "heat", "heat beyond the range of what it began with, or more or less of it in all")                                                   \

@@ -165,8 +165,12 @@ static struct worst worst_of(const struct work *work)
 	return worst;
 }
 
-static void warn(const struct worst *worst, size_t sides, bool closed, struct gnp_warnings *warnings)
+static void warn(const struct worst *worst, size_t sides, bool direct, bool closed, struct gnp_warnings *warnings)
 {
+	static const double residual_most = 1e-6; /* direct solutions of good systems have 1e-9 and less */
+	if (direct && worst->residual > residual_most)
+		gnp_warnings_add(warnings, GNP_WARNING_RESIDUAL, "the system was solved to a relative residual of %.3g, need at most %g: it is near singular, the "
+		                 "points are too few or too uneven for its stencils", worst->residual, residual_most);
 	if (worst->removed)
 		gnp_warnings_add(warnings, GNP_WARNING_MEAN, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed,
 		                 sides);
@@ -181,7 +185,7 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
 	const struct worst worst = worst_of(work);
-	warn(&worst, work->sides, gnp_domain_is_closed(gnp_poisson_domain(gnp_prepared_object(work->entry))), gnp_task_warnings(task));
+	warn(&worst, work->sides, info.solver == GNP_SOLVER_DIRECT, gnp_domain_is_closed(gnp_poisson_domain(gnp_prepared_object(work->entry))), gnp_task_warnings(task));
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "right_hand_sides", (int64_t)work->sides, error);
