@@ -374,7 +374,8 @@ static void put_model_paths(struct writer *w, const struct gnp_operation *operat
 {
 	static const struct {
 		const char *path, *summary;
-	} paths[] = {{"", "inputs, outputs and parameters"}, {"/ready", "whether the operation is ready"}, {"/stats", "counts and seconds"}};
+	} paths[] = {{"", "inputs, outputs and parameters"}, {"/ready", "whether the operation is ready"}, {"/stats", "counts and seconds"},
+	             {"/config", "inputs and outputs as a model configuration of Triton"}};
 	for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
 		PUT(w, "  /v2/models/%s%s:\n    get:\n      summary: '%s'\n      responses:\n"
 		       "        '200': {description: 'done', content: {application/json: {}}}\n"

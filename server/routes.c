@@ -49,10 +49,9 @@ static const struct gnpd_route admin_routes[] = {
 
 enum { ROUTES = sizeof routes / sizeof routes[0], ADMIN_ROUTES = sizeof admin_routes / sizeof admin_routes[0] };
 
-/* The i-th route of the listener the request came by; NULL past the last. */
-static const struct gnpd_route *route_at(const struct gnpd_request *request, size_t i)
+const struct gnpd_route *gnpd_routes_at(bool admin, size_t i)
 {
-	if (request->admin)
+	if (admin)
 		return i < ADMIN_ROUTES ? &admin_routes[i] : NULL;
 	return i < ROUTES ? &routes[i] : NULL;
 }
@@ -91,7 +90,7 @@ static bool spelt_out(const struct gnpd_request *request)
 {
 	const struct gnpd_route *route;
 	struct captures captures;
-	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
+	for (size_t i = 0; (route = gnpd_routes_at(request->admin, i)) != NULL; i++)
 		if (!strchr(route->path, '{') && match_path(route->path, &request->target, &captures))
 			return true;
 	return false;
@@ -121,7 +120,7 @@ void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t ca
 	struct captures captures;
 	bool spelt = spelt_out(request);
 	text[0] = '\0';
-	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
+	for (size_t i = 0; (route = gnpd_routes_at(request->admin, i)) != NULL; i++)
 		if (match_route(request, route, spelt, &captures))
 			add_method(route->method, text, capacity);
 }
@@ -130,7 +129,7 @@ void gnpd_routes_methods(const struct gnpd_request *request, char *text, size_t 
 {
 	const struct gnpd_route *route;
 	text[0] = '\0';
-	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++)
+	for (size_t i = 0; (route = gnpd_routes_at(request->admin, i)) != NULL; i++)
 		add_method(route->method, text, capacity);
 }
 
@@ -169,7 +168,7 @@ gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *err
 {
 	bool path_known = false, spelt = spelt_out(request);
 	const struct gnpd_route *route;
-	for (size_t i = 0; (route = route_at(request, i)) != NULL; i++) {
+	for (size_t i = 0; (route = gnpd_routes_at(request->admin, i)) != NULL; i++) {
 		struct captures captures;
 		if (!match_route(request, route, spelt, &captures))
 			continue;

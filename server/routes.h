@@ -31,6 +31,9 @@ struct gnpd_route {
  * as well. */
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error);
 
+/* The i-th route of a listener; NULL past the last. */
+const struct gnpd_route *gnpd_routes_at(bool admin, size_t i);
+
 /* How bodies of the route are encoded; NULL where headers and body tell. */
 const struct gnpd_codec *gnpd_routes_codec(const struct gnpd_route *route);
 

@@ -32,6 +32,29 @@ def test_health_and_metadata(server):
     assert server.post("/v2/repository/index").status == 200
 
 
+def test_a_model_configuration_for_clients_of_triton(server):
+    for operation in ("estimate", "filter", "flow", "laplacian", "poisson", "heat", "geodesic", "spectrum"):
+        for path in ("/v2/models/%s/config", "/v2/models/%s/versions/1/config"):
+            config = server.get(path % operation).json
+            assert config["name"] == operation and config["max_batch_size"] == 0, config
+            metadata = server.get("/v2/models/" + operation).json
+            for key, kind in (("input", "inputs"), ("output", "outputs")):
+                assert [(t["name"], t["data_type"], t["dims"]) for t in config[key]] == [
+                    (t["name"], "TYPE_" + t["datatype"], t["shape"]) for t in metadata[kind]], config
+    expect_error(server.get("/v2/models/nothing/config"), 404, "not_found")
+
+
+def test_null_is_as_good_as_absent(server):
+    points = [round(x, 6) for x in harness.sphere(100)]
+    message = {"id": None, "parameters": {"estimator": "gmls"}, "outputs": None,
+               "inputs": [{"name": "points", "shape": [100, 3], "datatype": "FP64", "data": points, "parameters": None}]}
+    response = server.post("/v2/models/estimate/infer", json.dumps(message).encode())
+    assert response.status == 200 and "id" not in response.json and len(response.json["outputs"]) == 3, response.text[:300]
+    message.update(parameters=None, outputs=[{"name": "normals", "parameters": None}])
+    response = server.post("/v2/models/estimate/infer", json.dumps(message).encode())
+    assert response.status == 200 and [t["name"] for t in response.json["outputs"]] == ["normals"], response.text[:300]
+
+
 def test_model_stats_count(server):
     def count():
         return server.get("/v2/models/estimate/stats").json["model_stats"][0]["inference_stats"]["success"]["count"]
