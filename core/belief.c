@@ -19,7 +19,7 @@ enum { EVERY = 50, SAMPLES_LEAST = 40, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 8
 
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
 
-/* Limits, the shares in per cent of the points looked at. Clouds of smooth shapes stay below a third of each, and clouds that pass one have
+/* Limits, the shares in per cent of the points looked at. Smooth shapes that their points resolve stay below each, and clouds that pass one have
  * answers that are far off; tests/test_belief.c holds both. */
 static const double STEP_MOST = 0.5;                          /* of the spacing */
 static const double LINE = 0.01, IN_ROWS_MOST = 3;            /* second variance of the FEW nearest over the first */
@@ -191,9 +191,10 @@ static gnp_status look_at_answer(const struct work *work, size_t s, struct gnp_s
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	struct look *look = &work->looks[s];
-	gnp_status status = find_row(prepared, s * work->stride, 2 * NEAR, scratch, row, error);
+	size_t i = gnp_belief_point(work->stride, prepared->count, s);
+	gnp_status status = find_row(prepared, i, 2 * NEAR, scratch, row, error);
 	if (status == GNP_OK && !see_plane(prepared, row, work->probes[s].normal, look)) {
-		status = find_row(prepared, s * work->stride, WIDE, scratch, row, error);
+		status = find_row(prepared, i, WIDE, scratch, row, error);
 		if (status == GNP_OK)
 			see_plane(prepared, row, work->probes[s].normal, look);
 	}
@@ -203,7 +204,7 @@ static gnp_status look_at_answer(const struct work *work, size_t s, struct gnp_s
 static gnp_status look_at_cloud(const struct work *work, size_t s, struct gnp_scratch *scratch, struct row *row, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	size_t i = s * work->stride;
+	size_t i = gnp_belief_point(work->stride, prepared->count, s);
 	struct look *look = &work->looks[s];
 	gnp_status status = find_row(prepared, i, WIDE, scratch, row, error);
 	if (status != GNP_OK)
@@ -277,7 +278,7 @@ static gnp_status find_steps(const struct work *work, double *single, double *gr
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->samples);
 	for (size_t c = 0; c < 3; c++) {
 		for (size_t s = 0; s < work->samples; s++)
-			values[s] = work->prepared->points[3 * s * work->stride + c];
+			values[s] = work->prepared->points[3 * gnp_belief_point(work->stride, work->prepared->count, s) + c];
 		*single = fmax(*single, single_step(values, work->samples));
 		double gap = smallest_gap(values, work->samples);
 		*grid = gap > 0 ? fmin(*grid, gap) : *grid;

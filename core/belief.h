@@ -8,8 +8,14 @@
 #include "pool.h"
 #include "prepare.h"
 
-/* Points looked at lie this far apart in curve order: 0, stride, 2 stride ... */
+/* Of so many points in curve order one is looked at, and which one of the s-th so many: not always the first, as points that lie on grids have strides
+ * of their own. */
 size_t gnp_belief_stride(size_t count);
+static inline size_t gnp_belief_point(size_t stride, size_t count, size_t s)
+{
+	size_t begin = s * stride, width = count - begin < stride ? count - begin : stride;
+	return begin + (s * 2654435761U >> 8) % width;
+}
 
 /* Of the cloud: steps of its numbers against its spacing, points in rows, sheets and folds closer than their points are spaced; of normals
  * that were given, that they contradict the points or one another. Nothing is done without a task. Deterministic. */

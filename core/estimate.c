@@ -231,7 +231,7 @@ static void write_patch(struct work *work, size_t p, const struct gnp_patch *pat
 	for (size_t m = work->cover.start[p]; m < work->cover.start[p + 1]; m++) {
 		size_t point = work->cover.member[m];
 		write_point(work, patch, fit, point, work->choice->at ? p : prepared->order[point]);
-		if (work->probes && point % work->stride == 0)
+		if (work->probes && point == gnp_belief_point(work->stride, prepared->count, point / work->stride))
 			probe_point(work, fit, point);
 	}
 	if (fit->reduced)
