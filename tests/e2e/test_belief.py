@@ -1,0 +1,159 @@
+"""No answer is absurd in silence: clouds as people have them are warned of, refused by name, or answered rightly."""
+import array
+import os
+import subprocess
+import tempfile
+
+import field
+import harness
+from harness import SLOW, Server, expect_error
+
+WEIGHTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "weights")
+GNP = os.path.abspath(os.environ.get("GNP", "build/gnp"))
+
+
+def trained():
+    """A daemon of its own with the models that are shipped."""
+    content = {}
+    for name in ("clean_30k", "clean_50k", "noise_70k", "outlier_50k"):
+        with open(os.path.join(WEIGHTS, name + ".safetensors"), "rb") as file:
+            content[name + ".safetensors"] = file.read()
+    return Server(weights=content)
+
+
+def ask(server, operation, points, inputs=(), **parameters):
+    kind = "FP64" if points.typecode == "d" else "FP32"
+    tensors = [("points", [len(points) // 3, 3], kind, points.tobytes())]
+    tensors += [(name, shape, datatype, values.tobytes()) for name, shape, datatype, values in inputs]
+    headers, body = harness.infer_body(tensors, parameters)
+    return server.post("/v2/models/%s/infer" % operation, body, headers)
+
+
+def column(values):
+    values = array.array("d", values)
+    return [len(values), 1], "FP64", values
+
+
+def kinds(response):
+    """Of the warnings, which the header counts."""
+    assert response.status == 200, response.text
+    warnings = harness.parse_infer(response)[0]["parameters"].get("warnings", "")
+    found = [w.split(": ")[0] for w in warnings.split("; ") if w]
+    assert response.headers["x-gnpd-warnings"] == str(len(found)), (response.headers, warnings)
+    return set(found)
+
+
+def ones(points):
+    return column([1.0] * (len(points) // 3))
+
+
+def heights(points):
+    return column(points[2::3])
+
+
+def test_equations_say_what_is_not_to_be_believed():
+    with trained() as server:
+        flat, jittered, crossings, rough = field.square(12), field.square(40, 0.3), field.grid_crossings(), field.random_sphere()
+        open_sphere = array.array("d")
+        for i, z in enumerate((p := field.sphere(4000))[2::3]):
+            if z < 0.95:
+                open_sphere.extend(p[3 * i:3 * i + 3])
+        for cloud in (flat, open_sphere, rough):
+            found = kinds(ask(server, "heat", cloud, [("initial", *ones(cloud))], dt=0.01, steps=100))
+            assert "heat" in found or "operator" in found, found
+        for cloud, wanted in ((jittered, "eigenvalues"), (crossings, "eigenvalues"), (rough, "operator")):
+            found = kinds(ask(server, "spectrum", cloud, count=10))
+            assert wanted in found and "operator" in found, (wanted, found)
+        for cloud in (jittered, field.latitudes()):
+            source = column([x - y for x, y in zip(cloud[0::3], cloud[1::3])])
+            found = kinds(ask(server, "poisson", cloud, [("source", *source)]))
+            assert found & {"operator", "energy"}, found
+        edge = [i for i in range(1600) if i // 40 in (0, 39) or i % 40 in (0, 39)]
+        mask = bytearray(1600)
+        for i in edge:
+            mask[i] = 1
+        found = kinds(ask(server, "geodesic", field.square(40), [("sources", [1600], "BOOL", array.array("B", mask))]))
+        assert "distance" in found, found
+        assert "distance" in kinds(ask(server, "geodesic", field.scan_lines(0, 160, 20), source=1680))
+        assert "crossings" in kinds(ask(server, "geodesic", field.roll(5)))
+        assert kinds(ask(server, "laplacian", field.roll(5))) & {"stencils", "crossings"}
+
+
+def test_an_operator_that_is_kept_warns_again():
+    with trained() as server:
+        cloud = field.random_sphere()
+        answers = [ask(server, "poisson", cloud, [("source", *heights(cloud))]) for _ in range(2)]
+        assert [harness.parse_infer(a)[0]["parameters"]["operator_kept"] for a in answers] == [False, True]
+        first, second = (kinds(a) for a in answers)
+        assert "operator" in first and first == second, (first, second)
+
+
+def test_points_that_coincide_are_refused_by_name(server):
+    twice = field.sphere(1000) * 2
+    for operation, name in (("laplacian", None), ("geodesic", None), ("spectrum", None), ("poisson", "source"), ("heat", "initial")):
+        inputs = [(name, *heights(twice))] if name else []
+        response = ask(server, operation, twice, inputs, estimator="gmls")
+        expect_error(response, 422, "degenerate_geometry", "1000 lie where another one does", "remove duplicates")
+
+
+def test_clouds_say_what_is_not_to_be_believed():
+    with trained() as server:
+        for cloud, wanted in ((field.scan_lines(), {"rows", "normals"}), (field.latitudes(), {"rows"}), (field.nested(4), {"sheets"}),
+                              (field.torus(300), {"resolution"}), (field.national_grid(), {"precision"})):
+            found = kinds(ask(server, "estimate", cloud))
+            assert wanted <= found, (wanted, found)
+        assert "dropped" in kinds(ask(server, "filter", field.noisy_sphere()))
+        head = harness.parse_infer(ask(server, "filter", field.noisy_sphere(), weights="noise_70k", alpha=1))[0]
+        assert head["parameters"]["kept"] > 9900, "what the warning recommends helps"
+        rows = array.array("d")
+        for i, x in enumerate(field.sphere(500)):
+            rows.append(x)
+            if i % 3 == 2:
+                rows.extend((float(i % 256), 17.0, 200.0))
+        text = "\n".join(" ".join("%.9g" % x for x in rows[6 * i:6 * i + 6]) for i in range(500))
+        expect_error(server.post("/v1/estimate", text.encode(), {"Content-Type": "text/plain"}), 400, "invalid_argument", "columns 4 to 6 have length")
+        for name in ("sphere", "torus"):
+            cloud = getattr(field, name)(3000)
+            for operation, more in (("estimate", {}), ("filter", {}), ("flow", {"steps": 2}), ("laplacian", {}), ("geodesic", {}), ("spectrum", {})):
+                found = kinds(ask(server, operation, cloud, **more))
+                assert not found, (name, operation, found)
+            for operation, more in (("poisson", "source"), ("heat", "initial")):
+                found = kinds(ask(server, operation, cloud, [(more, *heights(cloud))], **({"dt": 1e-3} if operation == "heat" else {})))
+                assert not found - {"mean"}, (name, operation, found)
+
+
+def test_the_command_line_says_it_on_standard_error():
+    def run(operation, cloud, *flags, columns=()):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "cloud.csv")
+            with open(path, "w") as file:
+                file.write(",".join(["x", "y", "z", *(name for name, _ in columns)]) + "\n")
+                for i in range(len(cloud) // 3):
+                    file.write(",".join("%.17g" % x for x in [*cloud[3 * i:3 * i + 3], *(values[i] for _, values in columns)]) + "\n")
+            done = subprocess.run([GNP, operation, path, "--local", "--weights-dir", WEIGHTS, "-o", os.path.join(folder, "out.npz"), *flags],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120 * SLOW)
+            return done.returncode, done.stderr
+
+    def warned(kind, *arguments, **more):
+        code, said = run(*arguments, **more)
+        assert code == 0 and any(line.startswith("gnp: warning: %s: " % kind) for line in said.splitlines()), (kind, code, said)
+
+    warned("rows", "estimate", field.scan_lines())
+    warned("normals", "estimate", field.scan_lines())
+    warned("sheets", "estimate", field.nested(4))
+    warned("resolution", "estimate", field.torus(300))
+    warned("precision", "estimate", array.array("d", field.national_grid()))
+    warned("dropped", "filter", field.noisy_sphere())
+    flat = field.square(12)
+    warned("heat", "heat", flat, "--dt", "0.01", "--steps", "100", columns=[("initial", [1.0] * 144)])
+    warned("eigenvalues", "spectrum", field.square(40, 0.3))
+    warned("eigenvalues", "spectrum", field.grid_crossings())
+    warned("operator", "spectrum", field.random_sphere(), "--count", "25")
+    warned("distance", "geodesic", field.scan_lines(0, 160, 20), "--source", "1680")
+    warned("crossings", "geodesic", field.roll(5))
+    code, said = run("laplacian", field.sphere(500) * 2)
+    assert code == 1 and "remove duplicates" in said, said
+    code, said = run("laplacian", field.sphere(120), "--filter", "--weights", "noise_70k")
+    assert code in (0, 1), said
+    code, said = run("estimate", field.scan_lines(), "--quiet")
+    assert code == 0 and said == "", said
