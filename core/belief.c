@@ -28,6 +28,7 @@ static const double SHEET = 0.05, SHEETS_MOST = 5;            /* share of the WI
 static const double FLAT = 0.1, TILT = 30, TILTED_MOST = 5;   /* third variance over the second; degrees */
 static const double OPPOSITE_GIVEN_MOST = 1, OPPOSITE_MOST = 2;
 static const double BLUR = 1.7, BLUR_LEAST = 0.1;             /* residuals over those of small fits; in spacings */
+static const double SCATTER = 1e-4;                           /* spacings: of spheres with so much noise 5 % of true H lie within one standard error */
 static const double CREASE = 3, CREASE_LEAST = 0.05, CREASES_MOST = 2.5;
 
 size_t gnp_belief_stride(size_t count)
@@ -451,13 +452,17 @@ static bool creased(const struct work *work, size_t s)
 	return residual > CREASE_LEAST && residual > CREASE * small && !work->probes[s].outlier;
 }
 
-static gnp_status warn_of_detail(const struct work *work, struct gnp_warnings *warnings, struct gnp_error *error)
+static gnp_status warn_of_detail(const struct work *work, bool standard_errors, struct gnp_warnings *warnings, struct gnp_error *error)
 {
 	double *values = gnp_array_new(work->samples, sizeof *values);
 	if (!values)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->samples);
 	double residual = median(work, residual_at, values), small = median(work, small_at, values), creases = share(work, creased);
 	free(values);
+	if (standard_errors && residual > SCATTER)
+		gnp_warnings_add(warnings, GNP_WARNING_STDERR, "heights scatter by %.2g spacings, from %g on curvatures are flattened by more than their "
+		                 "standard errors, which hold the scatter alone: take them for weights, not for bounds",
+		                 residual, SCATTER);
 	if (residual > BLUR_LEAST && residual > BLUR * small)
 		gnp_warnings_add(warnings, GNP_WARNING_DETAIL, "fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
 		                 "is %g times that: detail is taken for noise, take a clean model (weights=clean_30k) or estimator=adaptive",
@@ -484,8 +489,8 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	return GNP_OK;
 }
 
-gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, struct gnp_pool *pool,
-                                   struct gnp_task *task, struct gnp_error *error)
+gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, bool standard_errors,
+                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	struct gnp_warnings *warnings = gnp_task_warnings(task);
 	struct work work = {.prepared = prepared, .probes = probes};
@@ -495,7 +500,7 @@ gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const st
 	if (status == GNP_OK)
 		status = warn_of_normals(&work, warnings, error);
 	if (status == GNP_OK)
-		status = warn_of_detail(&work, warnings, error);
+		status = warn_of_detail(&work, standard_errors, warnings, error);
 	free(work.looks);
 	return status;
 }

@@ -29,9 +29,9 @@ struct gnp_belief_probe {
 	bool outlier;    /* nothing is said of such points */
 };
 
-/* Of an answer: normals that contradict the plane of a neighbourhood wide enough to span two directions, detail that the fits smooth away.
- * probes: one for each point looked at. Nothing is done without a task. Deterministic. */
-gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, struct gnp_pool *pool,
-                                   struct gnp_task *task, struct gnp_error *error);
+/* Of an answer: normals that contradict the plane of a neighbourhood wide enough to span two directions, detail that the fits smooth away;
+ * where standard errors are answered, that noise biases what they stand beside. probes: one for each point looked at. Nothing is done without a task. Deterministic. */
+gnp_status gnp_belief_check_answer(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, bool standard_errors,
+                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error);
 
 #endif

@@ -389,7 +389,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, work.cover.count, PATCHES_A_CHUNK, estimate_chunk, &work, error);
 	if (status == GNP_OK && work.probes)
-		status = gnp_belief_check_answer(prepared, work.probes, pool, task, error);
+		status = gnp_belief_check_answer(prepared, work.probes, (work.quantities & GNP_QUANTITY_STDERR) != 0, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;

@@ -11,7 +11,6 @@
 #define GNP_WARNING_TABLE(X)                                                                                                    \
 	X(GNP_WARNING_PRECISION, "precision", "the numbers that the points came in are too coarse for their spacing")                \
 	X(GNP_WARNING_RANGE, "range", "numbers of the answer too small for the type it has")                                          \
-	X(GNP_WARNING_COINCIDENT, "coincident", "points lie where others do")                                                        \
 	X(GNP_WARNING_DROPPED, "dropped", "the filter dropped more points than contamination explains")                              \
 	X(GNP_WARNING_ROWS, "rows", "points lie in rows much farther apart than the points in a row")                                \
 	X(GNP_WARNING_RESOLUTION, "resolution", "too few points for the curvature of their surface")                                 \
@@ -19,6 +18,7 @@
 	X(GNP_WARNING_GIVEN_NORMALS, "given_normals", "normals that came with the cloud contradict its points")                     \
 	X(GNP_WARNING_NORMALS, "normals", "estimated normals contradict the plane of a wider neighbourhood")                         \
 	X(GNP_WARNING_DETAIL, "detail", "fits smooth away what their points show")                                                   \
+	X(GNP_WARNING_STDERR, "stderr", "standard errors that noise makes too small")                                               \
 	X(GNP_WARNING_DEGENERATE, "neighbourhoods", "neighbourhoods too poor for the basis: a lower degree was used there")         \
 	X(GNP_WARNING_COMPONENTS, "components", "normals were estimated, and separate components oriented each by itself")          \
 	X(GNP_WARNING_STENCILS, "stencils", "rows of a matrix that no Laplacian has")                                                 \

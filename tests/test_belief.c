@@ -80,6 +80,8 @@ static void make_waves(int side)
 			add(i, j, 1.5 * sin(0.8 * i) * cos(0.7 * j), 0, 0, 1);
 }
 
+static uint64_t more_quantities;
+
 /* The warnings of an estimate, the same for one and for two workers. */
 static struct gnp_warnings warnings_of(int estimator, const char *model, bool with_normals)
 {
@@ -87,6 +89,7 @@ static struct gnp_warnings warnings_of(int estimator, const char *model, bool wi
 	struct gnp_warnings found[2];
 	options.estimator = estimator;
 	options.models = models;
+	options.quantities |= more_quantities;
 	if (model)
 		CHECK(gnp_models_find(models, model, &options.model, NULL) == GNP_OK);
 	for (int w = 0; w < 2; w++) {
@@ -204,12 +207,22 @@ static void detail_that_is_smoothed_away_is_told(void)
 	check_warns(GNP_ESTIMATOR_GMLS, NULL, false, GNP_WARNING_DETAIL);
 }
 
+static void standard_errors_under_noise_are_told(void)
+{
+	more_quantities = GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE_STDERR);
+	make_sample("sphere", 5000, 1e-3);
+	check_warns(GNP_ESTIMATOR_ADAPTIVE, NULL, false, GNP_WARNING_STDERR);
+	make_sample("sphere", 5000, 0);
+	check_silent("standard errors", GNP_ESTIMATOR_ADAPTIVE, false);
+	more_quantities = 0;
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(smooth_surfaces_warn_of_nothing), TEST(noise_that_is_modelled_warns_of_nothing), TEST(scan_lines_are_told),
 	                                    TEST(numbers_too_coarse_are_told), TEST(normals_that_contradict_the_points_are_told),
 	                                    TEST(sheets_too_close_are_told), TEST(too_few_points_for_the_curvature_are_told),
-	                                    TEST(detail_that_is_smoothed_away_is_told)};
+	                                    TEST(detail_that_is_smoothed_away_is_told), TEST(standard_errors_under_noise_are_told)};
 	gnp_linalg_init();
 	if (gnp_models_load("weights", &models, NULL) != GNP_OK || gnp_pool_create(1, &pools[0], NULL) != GNP_OK || gnp_pool_create(2, &pools[1], NULL) != GNP_OK)
 		return 1;
