@@ -391,16 +391,16 @@ static void warn_of_sampling(const struct work *work, struct gnp_warnings *warni
 {
 	double rows = share(work, in_row), turns = share(work, turned), sheets = share(work, among_sheets);
 	if (rows > IN_ROWS_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_ROWS, "%.0f %% of %zu sampled points have their %d nearest on one line, the limit is %g %%: points lie "
+		gnp_warnings_add(warnings, GNP_WARNING_ROWS, "%.1f %% of %zu sampled points have their %d nearest on one line, the limit is %g %%: points lie "
 		                 "in rows several times as far apart as the points in a row, thin them to the rows' distance, or take estimator=adaptive "
 		                 "and compare",
 		                 rows, work->samples, FEW - 1, IN_ROWS_MOST);
 	if (turns > TURNED_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_RESOLUTION, "at %.0f %% of %zu sampled points the surface turns by more than %g degrees within the %d "
+		gnp_warnings_add(warnings, GNP_WARNING_RESOLUTION, "at %.1f %% of %zu sampled points the surface turns by more than %g degrees within the %d "
 		                 "nearest, the limit is %g %%: there are too few points for its curvature, sample it more densely",
 		                 turns, work->samples, TURN, NEAR, TURNED_MOST);
 	if (sheets > SHEETS_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_SHEETS, "%.0f %% of %zu sampled points have among their %d nearest more than %g %% over or under them "
+		gnp_warnings_add(warnings, GNP_WARNING_SHEETS, "%.1f %% of %zu sampled points have among their %d nearest more than %g %% over or under them "
 		                 "that face the same way, the limit is %g %%: sheets lie closer than patches are wide, which mix them, send normals and "
 		                 "the sheets one by one",
 		                 sheets, work->samples, WIDE, 100 * SHEET, SHEETS_MOST);
@@ -410,7 +410,7 @@ static void warn_of_given(const struct work *work, struct gnp_warnings *warnings
 {
 	double tilts = share(work, tilted), opposite = share(work, opposed);
 	if (tilts > TILTED_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS, "%.0f %% of %zu sampled points came with a normal more than %g degrees off the plane of "
+		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS, "%.1f %% of %zu sampled points came with a normal more than %g degrees off the plane of "
 		                 "their nearest points, the limit is %g %%: leave the normals out, they are estimated then",
 		                 tilts, work->samples, TILT, TILTED_MOST);
 	else if (opposite > OPPOSITE_GIVEN_MOST)
@@ -482,7 +482,7 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	double *values = gnp_array_new(work->samples, sizeof *values);
 	if (!values)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->samples);
-	gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.0f %% of %zu sampled points have normals more than %g degrees off the plane of their nearest points "
+	gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.1f %% of %zu sampled points have normals more than %g degrees off the plane of their nearest points "
 	                 "that span two directions (%.0f at the median), the limit is %g %%: take estimator=adaptive or weights=noise_70k",
 	                 tilts, work->samples, TILT, median(work, spanned_at, values), TILTED_MOST);
 	free(values);
