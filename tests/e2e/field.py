@@ -15,6 +15,15 @@ def sphere(count, radius=1.0):
     return points
 
 
+def open_sphere(count=4000):
+    """Without its cap."""
+    points, whole = array.array("d"), sphere(count)
+    for i in range(count):
+        if whole[3 * i + 2] < 0.95:
+            points.extend(whole[3 * i:3 * i + 3])
+    return points
+
+
 def torus(count):
     """Of about that many points."""
     points = array.array("d")
@@ -64,6 +73,11 @@ def square(side, jitter=0.0, seed=2):
         for j in range(side):
             points.extend(((i + jitter * source.uniform(-1, 1)) / (side - 1), (j + jitter * source.uniform(-1, 1)) / (side - 1), 0))
     return points
+
+
+def square_edge(side):
+    """1 at its points on the edge."""
+    return [int(i // side in (0, side - 1) or i % side in (0, side - 1)) for i in range(side * side)]
 
 
 def scan_lines(noise=0.1, along=60, lines=12, seed=0):

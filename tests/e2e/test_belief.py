@@ -54,25 +54,18 @@ def heights(points):
 def test_equations_say_what_is_not_to_be_believed():
     with trained() as server:
         flat, jittered, crossings, rough = field.square(12), field.square(40, 0.3), field.grid_crossings(), field.random_sphere()
-        open_sphere = array.array("d")
-        for i, z in enumerate((p := field.sphere(4000))[2::3]):
-            if z < 0.95:
-                open_sphere.extend(p[3 * i:3 * i + 3])
-        for cloud in (flat, open_sphere, rough):
+        for cloud in (flat, field.open_sphere(), rough):
             found = kinds(ask(server, "heat", cloud, [("initial", *ones(cloud))], dt=0.01, steps=100))
-            assert "heat" in found or "operator" in found, found
+            assert {"heat", "operator"} <= found, found
         for cloud, wanted in ((jittered, "eigenvalues"), (crossings, "eigenvalues"), (rough, "operator")):
             found = kinds(ask(server, "spectrum", cloud, count=10))
             assert wanted in found and "operator" in found, (wanted, found)
-        for cloud in (jittered, field.latitudes()):
+        for cloud in (jittered, field.square(40), field.latitudes()):
             source = column([x - y for x, y in zip(cloud[0::3], cloud[1::3])])
             found = kinds(ask(server, "poisson", cloud, [("source", *source)]))
             assert found & {"operator", "energy"}, found
-        edge = [i for i in range(1600) if i // 40 in (0, 39) or i % 40 in (0, 39)]
-        mask = bytearray(1600)
-        for i in edge:
-            mask[i] = 1
-        found = kinds(ask(server, "geodesic", field.square(40), [("sources", [1600], "BOOL", array.array("B", mask))]))
+        mask = array.array("B", field.square_edge(40))
+        found = kinds(ask(server, "geodesic", field.square(40), [("sources", [1600], "BOOL", mask)]))
         assert "distance" in found, found
         assert "distance" in kinds(ask(server, "geodesic", field.scan_lines(0, 160, 20), source=1680))
         assert "crossings" in kinds(ask(server, "geodesic", field.roll(5)))
@@ -119,7 +112,10 @@ def test_clouds_say_what_is_not_to_be_believed():
                 assert not found, (name, operation, found)
             for operation, more in (("poisson", "source"), ("heat", "initial")):
                 found = kinds(ask(server, operation, cloud, [(more, *heights(cloud))], **({"dt": 1e-3} if operation == "heat" else {})))
-                assert not found - {"mean"}, (name, operation, found)
+                assert not found - ({"mean"} if operation == "poisson" else set()), (name, operation, found)
+        few = ask(server, "laplacian", field.sphere(120), filter=True, weights="noise_70k")
+        head, outputs = harness.parse_infer(few)
+        assert few.status == 200 and len(outputs["row_offsets"]) == 121 and 0 < len(outputs["kept"]) <= 120, few.headers
 
 
 def test_the_command_line_says_it_on_standard_error():
@@ -151,9 +147,23 @@ def test_the_command_line_says_it_on_standard_error():
     warned("operator", "spectrum", field.random_sphere(), "--count", "25")
     warned("distance", "geodesic", field.scan_lines(0, 160, 20), "--source", "1680")
     warned("crossings", "geodesic", field.roll(5))
-    code, said = run("laplacian", field.sphere(500) * 2)
-    assert code == 1 and "remove duplicates" in said, said
+    warned("rows", "estimate", field.latitudes())
+    warned("distance", "geodesic", field.square(40), columns=[("sources", field.square_edge(40))])
+    warned("stencils", "laplacian", field.roll(5))
+    for cloud in (field.open_sphere(), field.random_sphere()):
+        warned("heat", "heat", cloud, "--dt", "0.01", "--steps", "100", columns=[("initial", [1.0] * (len(cloud) // 3))])
+    for cloud in (field.square(40), field.square(40, 0.3), field.latitudes()):
+        warned("operator", "poisson", cloud, columns=[("source", [x - y for x, y in zip(cloud[0::3], cloud[1::3])])])
+    twice = field.sphere(500) * 2
+    for operation, columns in (("laplacian", []), ("geodesic", []), ("spectrum", []), ("poisson", [("source", twice[2::3])])):
+        code, said = run(operation, twice, columns=columns)
+        assert code == 1 and "remove duplicates" in said, (operation, code, said)
     code, said = run("laplacian", field.sphere(120), "--filter", "--weights", "noise_70k")
-    assert code in (0, 1), said
+    assert code == 0, said
+    for name in ("sphere", "torus"):
+        cloud = getattr(field, name)(3000)
+        for operation in ("estimate", "filter", "flow", "laplacian", "geodesic", "spectrum"):
+            assert run(operation, cloud) == (0, ""), (name, operation)
+        assert run("heat", cloud, "--dt", "1e-3", columns=[("initial", cloud[2::3])]) == (0, ""), name
     code, said = run("estimate", field.scan_lines(), "--quiet")
     assert code == 0 and said == "", said
