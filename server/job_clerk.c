@@ -1,5 +1,4 @@
 /* What time does to jobs: those that run too long are stopped, those that are over are let go. */
-#include <stdio.h>
 #include <string.h>
 
 #include "clock.h"
@@ -31,8 +30,16 @@ static void look_about(struct gnpd_jobs *jobs)
 	}
 }
 
-/* A reference to the next job after the id whose time has come, or NULL. *remove: its second time. */
-static struct gnpd_job *find_due(struct gnpd_jobs *jobs, const char *after, bool *remove)
+/* lock is held. A reference to the job, whose id is where the search goes on: without the lock its record may be written by who runs it. */
+static struct gnpd_job *take(struct gnpd_job *job, char after[GNPD_JOB_ID + 1])
+{
+	job->references++;
+	memcpy(after, job->record.id, GNPD_JOB_ID + 1);
+	return job;
+}
+
+/* A reference to the next job after the id whose time has come, or NULL. *remove: its second time. The id becomes that job's. */
+static struct gnpd_job *find_due(struct gnpd_jobs *jobs, char after[GNPD_JOB_ID + 1], bool *remove)
 {
 	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_clock_now();
 	struct gnpd_job *due = NULL;
@@ -43,10 +50,8 @@ static struct gnpd_job *find_due(struct gnpd_jobs *jobs, const char *after, bool
 		if (strcmp(record->id, after) <= 0 || !gnpd_job_state_is_final(record->state) || gnp_clock() < job->again)
 			continue;
 		*remove = record->state == GNPD_JOB_EXPIRED;
-		if (now - record->finished >= (*remove ? 2 * ttl : ttl)) {
-			job->references++;
-			due = job;
-		}
+		if (now - record->finished >= (*remove ? 2 * ttl : ttl))
+			due = take(job, after);
 	}
 	pthread_mutex_unlock(&jobs->lock);
 	return due;
@@ -114,7 +119,6 @@ static void let_go(struct gnpd_jobs *jobs)
 	size_t failed = 0;
 	bool remove = false;
 	while ((job = find_due(jobs, after, &remove))) {
-		snprintf(after, sizeof after, "%s", job->record.id);
 		pthread_mutex_lock(&jobs->disk);
 		gnp_status status = remove ? gnpd_job_remove(job, &error) : expire(job, &error);
 		pthread_mutex_unlock(&jobs->disk);
@@ -128,16 +132,14 @@ static void let_go(struct gnpd_jobs *jobs)
 		complain(jobs, failed, &error);
 }
 
-/* A reference to the oldest job after the id that expired, or NULL; also when the table is not full. */
-static struct gnpd_job *find_expired(struct gnpd_jobs *jobs, const char *after)
+/* A reference to the oldest job after the id that expired, or NULL; also when the table is not full. The id becomes that job's. */
+static struct gnpd_job *find_expired(struct gnpd_jobs *jobs, char after[GNPD_JOB_ID + 1])
 {
 	struct gnpd_job *oldest = NULL;
 	pthread_mutex_lock(&jobs->lock);
 	for (size_t i = 0; i < jobs->count && !oldest && jobs->count >= jobs->server->config->jobs_count; i++)
 		if (jobs->items[i]->record.state == GNPD_JOB_EXPIRED && strcmp(jobs->items[i]->record.id, after) > 0)
-			oldest = jobs->items[i];
-	if (oldest)
-		oldest->references++;
+			oldest = take(jobs->items[i], after);
 	pthread_mutex_unlock(&jobs->lock);
 	return oldest;
 }
@@ -148,7 +150,6 @@ void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
 	struct gnpd_job *job;
 	bool made = false;
 	while (!made && (job = find_expired(jobs, after))) {
-		snprintf(after, sizeof after, "%s", job->record.id);
 		pthread_mutex_lock(&jobs->disk);
 		made = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
@@ -156,16 +157,14 @@ void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
 	}
 }
 
-/* A reference to the next job after the id that runs, or NULL. */
-static struct gnpd_job *find_running(struct gnpd_jobs *jobs, const char *after)
+/* A reference to the next job after the id that runs, or NULL. The id becomes that job's. */
+static struct gnpd_job *find_running(struct gnpd_jobs *jobs, char after[GNPD_JOB_ID + 1])
 {
 	struct gnpd_job *running = NULL;
 	pthread_mutex_lock(&jobs->lock);
 	for (size_t i = 0; i < jobs->count && !running; i++)
 		if (jobs->items[i]->record.state == GNPD_JOB_RUNNING && strcmp(jobs->items[i]->record.id, after) > 0)
-			running = jobs->items[i];
-	if (running)
-		running->references++;
+			running = take(jobs->items[i], after);
 	pthread_mutex_unlock(&jobs->lock);
 	return running;
 }
@@ -177,7 +176,6 @@ static void excuse(struct gnpd_jobs *jobs)
 	struct gnp_error error = {0};
 	struct gnpd_job *job;
 	while ((job = find_running(jobs, after))) {
-		snprintf(after, sizeof after, "%s", job->record.id);
 		if (gnpd_job_write_again(job, &error) != GNP_OK)
 			gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being parked, which could not be written: %s", after, error.text);
 		gnpd_job_release(job);

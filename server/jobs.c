@@ -211,7 +211,8 @@ static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
 {
 	struct gnp_error error = {0};
 	if (gnpd_job_write_again(job, &error) != GNP_OK)
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s", job->record.id, error.text);
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s",
+		               gnpd_job_record_now(job).id, error.text);
 }
 
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error)
@@ -304,8 +305,8 @@ void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
 		return;
 	struct gnp_error error = {0};
 	if (gnpd_job_write_again(job, &error) != GNP_OK)
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s", job->record.id,
-		               error.text);
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s",
+		               gnpd_job_record_now(job).id, error.text);
 	gnpd_job_release(job);
 }
 
