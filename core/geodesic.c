@@ -128,8 +128,8 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
 	if (status == GNP_OK) {
-		gnp_belief_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
-		gnp_belief_sheets(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
+		gnp_equation_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
+		gnp_equation_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
 		geodesic->time = flow_time(&geodesic->domain);
 		status = make_factors(geodesic, pool, task, error);
 	}

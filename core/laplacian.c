@@ -72,7 +72,7 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&domain->prepared, &rule, pool, task, out, error);
 	if (status == GNP_OK)
-		gnp_belief_stencils(out, rule.degree, gnp_task_warnings(task));
+		gnp_equation_check_stencils(out, rule.degree, gnp_task_warnings(task));
 	free(keep);
 	return status;
 }
@@ -91,7 +91,7 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 	if (status == GNP_OK)
 		status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
 	if (status == GNP_OK)
-		gnp_belief_rows(&made, domain.open, gnp_task_warnings(task));
+		gnp_equation_check_rows(&made, domain.open, gnp_task_warnings(task));
 	if (status == GNP_OK)
 		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);

@@ -173,7 +173,7 @@ static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *p
 	double energy[SIDES], *source = gnp_array_new(entries, 3 * sizeof *source);
 	if (!source)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu numbers", 3 * entries);
-	gnp_belief_draw(entries, source);
+	gnp_equation_check_draw(entries, source);
 	memset(source + entries, 0, entries * sizeof *source);
 	poisson->krylov = (struct gnp_krylov_options){.tolerance = fmax(wanted.tolerance, 1e-3), .iterations = ITERATIONS};
 	struct gnp_error own = {0};
@@ -183,7 +183,7 @@ static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *p
 	for (size_t r = 0; r < sides; r++)
 		energy[r] = reports[r].energy;
 	if (status == GNP_OK)
-		gnp_belief_operator(energy, sides, &poisson->domain, gnp_task_warnings(task));
+		gnp_equation_check_operator(energy, sides, &poisson->domain, gnp_task_warnings(task));
 	return status == GNP_OK || (status == GNP_NO_CONVERGENCE && !direct) ? GNP_OK : gnp_error_set(error, status, "%s", own.text);
 }
 
@@ -229,7 +229,7 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	if (status == GNP_OK)
 		status = respond(poisson, pool, task, error);
 	if (status == GNP_OK) {
-		gnp_belief_sheets(&poisson->domain.prepared, &poisson->volumes, gnp_task_warnings(task));
+		gnp_equation_check_crossings(&poisson->domain.prepared, &poisson->volumes, gnp_task_warnings(task));
 		status = check_operator(poisson, pool, task, error);
 	}
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);

@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "linalg.h"
-#include "spectrum_check.h"
 #include "memory.h"
 #include "random.h"
+#include "spectrum_check.h"
 #include "vectors.h"
 
 enum { COUNT_MAX = 500, BLOCK = 8 };

@@ -464,6 +464,7 @@ gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error)
 
 static void set_aside(struct gnpd_job_store *store, const struct damage *damage, struct gnpd_log *log)
 {
+	bool stays = false;
 	for (int f = 0; f < GNPD_JOB_FILES; f++) {
 		char name[FILE_NAME], aside[FILE_NAME + sizeof damaged_suffix];
 		file_name(damage->id, (enum gnpd_job_file)f, name);
@@ -472,9 +473,13 @@ static void set_aside(struct gnpd_job_store *store, const struct damage *damage,
 			continue;
 		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: damaged, and %s/%s cannot be set aside and stays: %s", damage->id, store->path, name,
 		               strerror(errno));
+		stays |= f == GNPD_JOB_RECORD_FILE;
 	}
-	gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
-	               damage->cause.text);
+	if (stays)
+		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: left alone: %s", damage->id, damage->cause.text);
+	else
+		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
+		               damage->cause.text);
 }
 
 /* A job whose files are not there whole has failed; what its record says of a result goes. */

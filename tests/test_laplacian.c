@@ -271,6 +271,37 @@ static void rows_of_points_that_the_filter_drops_are_empty(void)
 	}
 }
 
+/* Stencils of a lattice, whose points lie on top of one another in any tangent plane, and of turned normals, where centres are without an unknown:
+ * rows had sums of a thousandth and more of their entries. */
+static void the_laplacian_of_a_constant_is_none_on_any_cloud(void)
+{
+	enum { SIDE = 6, COUNT = SIDE * SIDE * SIDE };
+	double points[3 * COUNT], normals[3 * COUNT];
+	struct gnp_error error = {0};
+	for (size_t i = 0; i < COUNT; i++) {
+		points[3 * i] = (double)(i % SIDE), points[3 * i + 1] = (double)(i / SIDE % SIDE), points[3 * i + 2] = (double)(i / SIDE / SIDE);
+		for (size_t c = 0; c < 3; c++)
+			normals[3 * i + c] = sin(1.7 * (double)(3 * i + c) + 0.3);
+	}
+	for (int given = 0; given < 2; given++)
+		for (int system = GNP_SYSTEM_SQUARE; system <= GNP_SYSTEM_LEAST_SQUARES; system++) {
+			const struct gnp_cloud cloud = {COUNT, points, given ? normals : NULL};
+			struct gnp_laplacian_options options = options_of(GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN));
+			struct gnp_collocation made = {.rows = 0};
+			options.system = system;
+			CHECK(gnp_laplacian_run(&cloud, &options, pool, NULL, &made, NULL, &error) == GNP_OK);
+			for (size_t i = 0; i < made.rows; i++) {
+				double sum = 0, size = 0;
+				for (size_t e = made.row_offsets[i]; e < made.row_offsets[i + 1]; e++) {
+					sum += made.value[GNP_DERIVATIVE_LAPLACIAN][e];
+					size += fabs(made.value[GNP_DERIVATIVE_LAPLACIAN][e]);
+				}
+				CHECK_AT_MOST(fabs(sum), 1e-7 * size);
+			}
+			gnp_collocation_clear(&made);
+		}
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(derivatives_are_those_of_the_surface),
@@ -278,6 +309,7 @@ int main(int argc, char **argv)
 	                                    TEST(lower_degrees_are_less_accurate_and_the_first_has_no_laplacian),
 	                                    TEST(least_squares_drops_a_tenth_of_the_unknowns), TEST(sheets_are_not_joined),
 	                                    TEST(rows_of_points_that_the_filter_drops_are_empty),
+	                                    TEST(the_laplacian_of_a_constant_is_none_on_any_cloud),
 	                                    TEST(any_number_of_workers_gives_the_same_bytes),
 	                                    TEST(bad_options_and_clouds_are_refused_by_name)};
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)

@@ -297,11 +297,89 @@ static void laplacian_comes_as_rows_and_as_matrix_market(void)
 	end(&request, &response);
 }
 
+/* Their squares leave the range of numbers: the answer was not a number, or nothing. */
+static void sources_of_any_size_are_solved_for(void)
+{
+	static const double sizes[] = {1e-200, 1, 1e200};
+	for (size_t s = 0; s < 3; s++) {
+		struct gnp_request request = begin("estimator=gmls k=50 degree=4 basis=total");
+		struct gnp_response response = {0};
+		add_harmonics(&request, "source", 2 * sizes[s], 6 * sizes[s]);
+		run_well("poisson", &request, &response);
+		const struct gnp_tensor *solution = gnp_tensors_find(&response.outputs, "solution");
+		for (size_t i = 0; solution && i < 2 * COUNT; i++)
+			((double *)solution->data)[i] /= sizes[s];
+		check_harmonics(&request, solution, 1, 1, 2e-3);
+		for (size_t side = 0; side < 2; side++) {
+			CHECK_AT_MOST(gnp_tensor_get(gnp_tensors_find(&response.outputs, "residual"), side), 1e-9);
+			CHECK_AT_MOST(gnp_tensor_get(gnp_tensors_find(&response.outputs, "misfit"), side), 1e-2);
+		}
+		CHECK_NEAR(number(&response, "energy"), 1, 0.1);
+		end(&request, &response);
+	}
+}
+
+/* Rows of given points have another unit than the others: in a small one of length the residual was anything. */
+static void a_residual_does_not_depend_on_the_unit_of_length(void)
+{
+	static const double units[] = {1e-12, 1, 1e12};
+	for (size_t u = 0; u < 3; u++) {
+		struct gnp_request request = begin("estimator=gmls outputs=solution,residual");
+		struct gnp_response response = {0};
+		add_harmonics(&request, "source", 2, 6);
+		add_harmonics(&request, "values", 1, 1);
+		add_mask(&request, "fixed", 100, 1);
+		double *points = gnp_tensors_find(&request.inputs, "points")->data;
+		for (size_t i = 0; i < 3 * COUNT; i++)
+			points[i] *= units[u];
+		run_well("poisson", &request, &response);
+		CHECK_AT_MOST(number(&response, "residual"), 1e-9);
+		CHECK(!strstr(text(&response, "warnings"), "residual: "));
+		end(&request, &response);
+	}
+}
+
+static void what_drowns_in_rounding_is_refused(void)
+{
+	struct gnp_request request = begin("estimator=gmls screening=1e100");
+	add_harmonics(&request, "source", 1, 1);
+	check_refused("poisson", &request, "screening: got 1e+100 (of heat: one over dt), need at most ");
+	request = begin("estimator=gmls");
+	double *points = gnp_tensors_find(&request.inputs, "points")->data;
+	for (size_t i = 0; i < 3 * COUNT; i++)
+		points[i] *= 1e-40;
+	check_refused("laplacian", &request, "of the first one, equations need 1e-25..1e+25: take another unit of length");
+}
+
+/* 5 by 6 points of a plane, of which no stencil sees around itself. */
+static void a_system_near_singular_is_told(void)
+{
+	struct gnp_request request = {0};
+	struct gnp_response response = {0};
+	struct gnp_tensor *points, *source;
+	CHECK(gnp_tensors_add(&request.inputs, "points", GNP_FP64, 2, (size_t[]){30, 3}, &points, NULL) == GNP_OK);
+	CHECK(gnp_tensors_add(&request.inputs, "source", GNP_FP64, 2, (size_t[]){30, 1}, &source, NULL) == GNP_OK);
+	points = &request.inputs.items[0];
+	for (size_t i = 0; i < 30; i++) {
+		((double *)points->data)[3 * i] = (double)(i % 5);
+		((double *)points->data)[3 * i + 1] = (double)(i / 5);
+		((double *)points->data)[3 * i + 2] = 0;
+		((double *)source->data)[i] = i == 15;
+	}
+	set_parameters(&request, "estimator=gmls");
+	run_well("poisson", &request, &response);
+	CHECK(number(&response, "residual") > 1e-6);
+	CHECK_CONTAINS(text(&response, "warnings"), "residual: the system was solved to a relative residual of ");
+	end(&request, &response);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(poisson_solves_for_harmonics), TEST(a_mean_is_taken_off_and_told), TEST(a_solution_not_to_be_believed_is_told), TEST(screening_and_given_values),
 	                                    TEST(bad_inputs_are_named), TEST(operators_are_kept_between_requests), TEST(every_right_hand_side_is_paid_for), TEST(heat_decays_by_its_law),
 	                                    TEST(geodesics_are_great_circles), TEST(spectrum_is_the_spheres),
-	                                    TEST(laplacian_comes_as_rows_and_as_matrix_market)};
+	                                    TEST(laplacian_comes_as_rows_and_as_matrix_market), TEST(sources_of_any_size_are_solved_for),
+	                                    TEST(a_residual_does_not_depend_on_the_unit_of_length), TEST(what_drowns_in_rounding_is_refused),
+	                                    TEST(a_system_near_singular_is_told)};
 	return RUN_TESTS(tests);
 }

@@ -99,6 +99,21 @@ static void fixed_points_stay(void)
 	gnp_request_clear(&request);
 }
 
+static void an_early_end_is_told(void)
+{
+	struct gnp_request request = {0};
+	struct gnp_response response = {0};
+	add_sphere(&request, GNP_FP64, 1000, 0);
+	set_parameters(&request, "estimator=gmls steps=200 dt=0.008");
+	run_well("flow", &request, &response);
+	char want[80];
+	snprintf(want, sizeof want, "flow: it ended after %.0f of 200 steps (%s): ", number(&response, "steps"), text(&response, "stop"));
+	CHECK(number(&response, "steps") > 1 && number(&response, "steps") < 200);
+	CHECK_CONTAINS(text(&response, "warnings"), want);
+	gnp_response_clear(&response);
+	gnp_request_clear(&request);
+}
+
 static void check_refused(const char *parameters, gnp_status want, const char *said)
 {
 	struct gnp_request request = {0};
@@ -148,7 +163,7 @@ static void snapshots_come_only_when_they_are_wanted(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(a_sphere_shrinks_as_it_must), TEST(snapshots_are_states_of_the_flow), TEST(fixed_points_stay),
+	static const struct test tests[] = {TEST(a_sphere_shrinks_as_it_must), TEST(snapshots_are_states_of_the_flow), TEST(an_early_end_is_told), TEST(fixed_points_stay),
 	                                    TEST(bad_parameters_are_refused), TEST(snapshots_come_only_when_they_are_wanted)};
 	return RUN_TESTS(tests);
 }

@@ -1,6 +1,6 @@
 /* property: requests drawn from the table of operations, over clouds as they should not be, each judged by what must be true of any answer.
  *
- *   property [--seed S] [--draws N | --minutes M] [--weights DIR] [--gnpd PROGRAM] [--jobs J] [--show]
+ *   property [--seed S] [--draws N | --minutes M] [--weights DIR] [--gnpd PROGRAM] [--jobs J] [--lines FILE] [--show]
  *                                                                                               draws, and shrinks what fails
  *   property [--weights DIR] [--gnpd PROGRAM] 'op=... cloud=... n=...'                           runs one line
  *
@@ -37,7 +37,7 @@ struct shared {
 struct settings {
 	uint64_t seed, draws;
 	double minutes, seconds;
-	const char *weights, *gnpd, *line;
+	const char *weights, *gnpd, *line, *lines; /* lines: a file of those that failed once */
 	unsigned jobs;
 	bool show; /* every line with what came of it */
 };
@@ -227,6 +227,8 @@ static bool read_settings(int argc, char **argv, struct settings *settings)
 			settings->weights = value;
 		else if (strcmp(argv[i], "--gnpd") == 0)
 			settings->gnpd = value;
+		else if (strcmp(argv[i], "--lines") == 0)
+			settings->lines = value;
 		else if (strcmp(argv[i], "--jobs") == 0)
 			settings->jobs = (unsigned)strtoul(value, NULL, 10);
 		else
@@ -261,18 +263,58 @@ static int run_line(const struct settings *settings)
 	return failed;
 }
 
+/* Whole before any child is made: one that exits would move the place the parent reads at. Freed by the caller; NULL: it cannot be read. */
+static char *read_lines(const char *path)
+{
+	FILE *file = fopen(path, "r");
+	char *text = NULL;
+	size_t size = 0;
+	if (file && getdelim(&text, &size, '\0', file) < 0) {
+		free(text);
+		text = NULL;
+	}
+	if (file)
+		fclose(file);
+	return text;
+}
+
+/* What failed once; returns how many lines there are and adds up those that fail. */
+static size_t run_lines(const struct settings *settings, size_t *findings)
+{
+	struct slot *slot = &shared->slot[0];
+	char *text = read_lines(settings->lines), *rest = NULL;
+	size_t count = 0;
+	for (char *line = text ? strtok_r(text, "\n", &rest) : NULL; line; line = strtok_r(NULL, "\n", &rest), count++) {
+		struct spec spec;
+		int status;
+		bool known = spec_parse(line, &spec);
+		if (known && !fails(settings, &spec, false, slot, &status))
+			continue;
+		printf("FAILED %s\n  %s\n", line, known ? verdict(status, slot) : "is no line of name=value words with op");
+		++*findings;
+	}
+	if (!count) {
+		printf("FAILED %s has no lines\n", settings->lines);
+		++*findings;
+	}
+	free(text);
+	return count;
+}
+
 static int run_draws(const struct settings *settings)
 {
+	size_t findings = 0, lines = settings->lines ? run_lines(settings, &findings) : 0;
 	end = gnp_clock() + 60 * settings->minutes;
-	size_t findings = draw_all(settings);
+	size_t kept = findings;
+	findings += draw_all(settings);
 	unsigned long long answered = atomic_load(&shared->outcome[TRIAL_ANSWERED]), refused = atomic_load(&shared->outcome[TRIAL_REFUSED]),
-	                   slow = atomic_load(&shared->outcome[TRIAL_TOO_LONG]), all = answered + refused + slow + findings;
+	                   slow = atomic_load(&shared->outcome[TRIAL_TOO_LONG]), all = answered + refused + slow + findings - kept;
 	printf("property: seed %llu, %llu answered, %llu refused, %llu not waited for\n", (unsigned long long)settings->seed, answered, refused, slow);
 	if (5 * answered < all) {
 		printf("property: only %llu of %llu requests had an answer\n", answered, all);
 		findings++;
 	}
-	printf("property: %llu passed, %zu failed\n", answered + refused + slow, findings);
+	printf("property: %llu passed, %zu failed\n", answered + refused + slow + lines - kept, findings);
 	return findings > 0;
 }
 
@@ -281,7 +323,7 @@ int main(int argc, char **argv)
 	struct settings settings = {.seed = 1, .draws = 2000, .weights = "weights", .gnpd = "", .jobs = 2, .seconds = 2};
 	gnp_linalg_restart(argv);
 	if (!read_settings(argc, argv, &settings)) {
-		fprintf(stderr, "usage: property [--seed S] [--draws N | --minutes M] [--weights DIR] [--gnpd PROGRAM] [--jobs 1..7] [--show] [LINE]\n");
+		fprintf(stderr, "usage: property [--seed S] [--draws N | --minutes M] [--weights DIR] [--gnpd PROGRAM] [--jobs 1..7] [--lines FILE] [--show] [LINE]\n");
 		return 2;
 	}
 	shared = mmap(NULL, sizeof *shared, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
