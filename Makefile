@@ -44,15 +44,17 @@ LIBS_CLIENT  = $(shell pkg-config --libs $(PKGS_CLIENT))
 OPT      ?= -O3
 WARN     := -Wall -Wextra -Wshadow -Wstrict-prototypes -Wmissing-prototypes
 SANFLAGS := $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
-COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -Icore -Iproto -Iserver -Iclients -Iweights -Itests $(OPT) -g $(WARN) -fno-math-errno \
+COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -I. $(OPT) -g $(WARN) -fno-math-errno \
             -fno-trapping-math -ffp-contract=fast -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
 LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
-CORE   := $(wildcard core/*.c)
-PROTO  := $(wildcard proto/*.c)
-SERVER := $(filter-out server/gnpd.c,$(wildcard server/*.c))
-CLIENT := $(filter-out clients/gnp.c,$(wildcard clients/*.c))
-WEIGHTS := $(filter-out weights/gnp-%.c,$(wildcard weights/*.c))
+sources = $(wildcard $(1)/*.c $(1)/*/*.c)
+MAINS  := server/gnpd.c clients/gnp.c weights/train/gnp-train.c weights/validate/gnp-validate.c
+CORE   := $(call sources,core)
+PROTO  := $(call sources,proto)
+SERVER := $(filter-out $(MAINS),$(call sources,server))
+CLIENT := $(filter-out $(MAINS),$(call sources,clients))
+WEIGHTS := $(filter-out $(MAINS),$(call sources,weights))
 UNIT   := $(wildcard tests/test_*.c)
 FUZZERS := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 object  = $(patsubst %.c,$(OUT)/%.o,$(1))
@@ -107,7 +109,9 @@ $(OUT)/gnpd: $(OUT)/server/gnpd.o $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(OUT)/gnp-validate $(OUT)/gnp-train: $(OUT)/gnp-%: $(OUT)/weights/gnp-%.o $(LIB_WEIGHTS)
+$(OUT)/gnp-validate: $(OUT)/weights/validate/gnp-validate.o $(LIB_WEIGHTS)
+	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
+$(OUT)/gnp-train: $(OUT)/weights/train/gnp-train.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
@@ -205,5 +209,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(wildcard core/*.c proto/*.c server/*.c clients/*.c weights/*.c tests/*.c tests/fuzz/*.c tests/property/*.c))
+-include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests,$(call sources,$(top))))
 endif

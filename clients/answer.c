@@ -1,4 +1,4 @@
-#include "answer.h"
+#include "clients/answer.h"
 
 #include <jansson.h>
 

@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#include "message.h"
+#include "proto/tensor/message.h"
 
 struct json_t;
 

@@ -1,4 +1,4 @@
-#include "command.h"
+#include "clients/command.h"
 
 const struct gnp_option gnp_option_quiet = {"quiet", 0, NULL, "no warnings on standard error"};
 

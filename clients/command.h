@@ -4,9 +4,9 @@
 
 #include <stdbool.h>
 
-#include "operation.h"
-#include "options.h"
-#include "status.h"
+#include "clients/options.h"
+#include "core/base/status.h"
+#include "proto/operation/operation.h"
 
 /* Exit codes, as --help and the README list them. */
 #define GNP_EXIT_TABLE(X)                                                                           \

@@ -1,12 +1,12 @@
-#include "fields.h"
+#include "clients/fields.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "memory.h"
-#include "names.h"
+#include "core/base/memory.h"
+#include "core/base/names.h"
 
 static const struct gnp_tensor *find_spelled(const struct gnp_tensors *tensors, const char *name, const char *ending)
 {

@@ -5,8 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "status.h"
-#include "tensor.h"
+#include "core/base/status.h"
+#include "proto/tensor/tensor.h"
 
 /* The field called name, or scalar_name as PLY spells it; for names that a format splits into columns (name_0, name_1, ...),
  * the first column. NULL when there is none. */

@@ -5,10 +5,10 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "file.h"
-#include "message.h"
-#include "status.h"
-#include "tensor.h"
+#include "core/base/status.h"
+#include "proto/file/file.h"
+#include "proto/tensor/message.h"
+#include "proto/tensor/tensor.h"
 
 /* Reads all of a file. GNP_IO naming the file; *out is unchanged on failure, else cleared by the caller. */
 gnp_status gnp_file_read(const char *path, struct gnp_buffer *out, struct gnp_error *error);

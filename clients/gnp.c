@@ -3,9 +3,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "command.h"
-#include "linalg.h"
-#include "names.h"
+#include "clients/command.h"
+#include "core/base/names.h"
+#include "core/linear/linalg.h"
 
 #ifndef GNP_VERSION
 #define GNP_VERSION "0.1.0"

@@ -1,11 +1,11 @@
-#include "http_client.h"
+#include "clients/http_client.h"
 
 #include <curl/curl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "answer.h"
+#include "clients/answer.h"
 
 enum { KEY_MAX = 512 };
 

@@ -4,9 +4,9 @@
 
 #include <stddef.h>
 
-#include "message.h"
-#include "progress.h"
-#include "status.h"
+#include "clients/progress.h"
+#include "core/base/status.h"
+#include "proto/tensor/message.h"
 
 struct gnp_http_request {
 	const char *method;       /* NULL: POST */

@@ -1,10 +1,10 @@
-#include "job_client.h"
+#include "clients/job_client.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "answer.h"
+#include "clients/answer.h"
 
 static gnp_status build_url(const char *root, const char *path, struct gnp_buffer *url, struct gnp_error *error)
 {

@@ -2,7 +2,7 @@
 #ifndef GNP_CLIENTS_JOB_CLIENT_H
 #define GNP_CLIENTS_JOB_CLIENT_H
 
-#include "http_client.h"
+#include "clients/http_client.h"
 
 enum { GNP_JOB_ID_MAX = 64 };
 

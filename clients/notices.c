@@ -1,11 +1,11 @@
-#include "notices.h"
+#include "clients/notices.h"
 
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "number.h"
-#include "warnings.h"
+#include "proto/tensor/number.h"
+#include "proto/tensor/warnings.h"
 
 enum { NAME_WIDTH = 26 };
 

@@ -2,9 +2,9 @@
 #ifndef GNP_CLIENTS_NOTICES_H
 #define GNP_CLIENTS_NOTICES_H
 
-#include "message.h"
-#include "options.h"
-#include "parameters.h"
+#include "clients/options.h"
+#include "proto/format/parameters.h"
+#include "proto/tensor/message.h"
 
 /* A line on standard error for each warning, "gnp: warning: precision: ...", unless --quiet was given. */
 void gnp_notices_warn(const struct gnp_values *parameters, const struct gnp_arguments *arguments);

@@ -1,11 +1,11 @@
-#include "options.h"
+#include "clients/options.h"
 
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "names.h"
+#include "core/base/names.h"
 
 static const struct gnp_option *find_long(const struct gnp_option *options, size_t count, const char *name, size_t length)
 {

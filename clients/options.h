@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "status.h"
+#include "core/base/status.h"
 
 struct gnp_option {
 	const char *name;  /* without the dashes: --name */

@@ -1,6 +1,6 @@
-#include "program.h"
+#include "clients/program.h"
 
-#include "linalg.h"
+#include "core/linear/linalg.h"
 
 int gnp_program_main(const struct gnp_program *program, int argc, char **argv)
 {

@@ -2,7 +2,7 @@
 #ifndef GNP_CLIENTS_PROGRAM_H
 #define GNP_CLIENTS_PROGRAM_H
 
-#include "command.h"
+#include "clients/command.h"
 
 struct gnp_program {
 	const char *name, *purpose; /* as --help and messages show them */

@@ -1,11 +1,11 @@
-#include "progress.h"
+#include "clients/progress.h"
 
 #include <stdio.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-#include "command.h"
+#include "clients/command.h"
 
 enum { TICK_NANOSECONDS = 100000000, SECOND = 1000000000 };
 #define SHOW_AFTER 0.3 /* seconds: what is done sooner needs no bar */

@@ -10,8 +10,8 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-#include "status.h"
-#include "task.h"
+#include "core/base/status.h"
+#include "core/base/task.h"
 
 struct gnp_progress {
 	struct gnp_task *task;

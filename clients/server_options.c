@@ -1,4 +1,4 @@
-#include "server_options.h"
+#include "clients/server_options.h"
 
 #include <stdlib.h>
 

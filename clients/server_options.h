@@ -2,8 +2,8 @@
 #ifndef GNP_CLIENTS_SERVER_OPTIONS_H
 #define GNP_CLIENTS_SERVER_OPTIONS_H
 
-#include "http_client.h"
-#include "options.h"
+#include "clients/http_client.h"
+#include "clients/options.h"
 
 #define GNP_SERVER_OPTIONS                                                                                          \
 	{"cacert", 0, "FILE", "certificates that show who the server is (default: the system's)"},                      \

@@ -1,4 +1,4 @@
-#include "session.h"
+#include "clients/session.h"
 
 #include <stddef.h>
 

@@ -2,10 +2,10 @@
 #ifndef GNP_CLIENTS_SESSION_H
 #define GNP_CLIENTS_SESSION_H
 
-#include "pool.h"
-#include "progress.h"
-#include "status.h"
-#include "task.h"
+#include "clients/progress.h"
+#include "core/base/pool.h"
+#include "core/base/status.h"
+#include "core/base/task.h"
 
 struct gnp_session {
 	struct gnp_task task;

@@ -1,10 +1,10 @@
 /* Help texts and the OpenAPI document, both written from the operation table. */
 #include <string.h>
 
-#include "file.h"
-#include "number.h"
-#include "operation.h"
-#include "parameters.h"
+#include "proto/file/file.h"
+#include "proto/format/parameters.h"
+#include "proto/operation/operation.h"
+#include "proto/tensor/number.h"
 
 /* Writes through one object, so that a long run of lines needs one check at its end. */
 struct writer {

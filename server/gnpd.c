@@ -12,14 +12,14 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "config.h"
-#include "http.h"
-#include "json_memory.h"
-#include "linalg.h"
-#include "listeners.h"
-#include "notify.h"
-#include "operation.h"
-#include "server.h"
+#include "core/linear/linalg.h"
+#include "proto/json/json_memory.h"
+#include "proto/operation/operation.h"
+#include "server/api/server.h"
+#include "server/base/notify.h"
+#include "server/config/config.h"
+#include "server/http/http.h"
+#include "server/http/listeners.h"
 
 /* What git calls the sources; the Makefile says it. */
 #ifndef GNPD_BUILD

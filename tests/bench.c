@@ -8,14 +8,14 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "estimate.h"
-#include "filter.h"
-#include "flow.h"
-#include "linalg.h"
-#include "models.h"
-#include "random.h"
-#include "shapes.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/estimate/estimate.h"
+#include "core/estimate/filter.h"
+#include "core/flow/flow.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/shapes/shapes.h"
 
 enum { RUNS_MAX = 9 };
 

@@ -8,11 +8,11 @@
 #include <string.h>
 #include <time.h>
 
-#include "linalg.h"
-#include "pooled.h"
-#include "pool.h"
-#include "random.h"
-#include "vector.h"
+#include "core/base/pool.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/linear/linalg.h"
+#include "core/network/pooled.h"
 
 enum { BATCH = 32, BATCHES = 16, NODES = 95, INNER = 60, PATCHES_100K = 7500, OUTPUTS = 16 };
 

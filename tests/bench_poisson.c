@@ -3,10 +3,10 @@
  * iterative), degree, neighbors, noise, outliers (their fraction, sigma 5e-3), filter, project, sides (right-hand sides timed), seed. */
 #include <sys/resource.h>
 
-#include "linalg.h"
-#include "manufactured.h"
-#include "models.h"
-#include "poisson.h"
+#include "core/equations/poisson.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "tests/manufactured.h"
 
 struct wanted {
 	double k, cover, estimator, system, solver, degree, neighbors, noise, outliers, filter, project, sides, seed;

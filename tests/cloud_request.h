@@ -2,8 +2,8 @@
 #ifndef GNP_TESTS_CLOUD_REQUEST_H
 #define GNP_TESTS_CLOUD_REQUEST_H
 
-#include "operation.h"
-#include "test.h"
+#include "proto/operation/operation.h"
+#include "tests/test.h"
 
 static inline void set_value(struct gnp_tensor *tensor, size_t i, double value)
 {

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "work.h"
+#include "server/work/work.h"
 
 enum { DIES = 61, HANGS = 62 };
 

@@ -1,12 +1,12 @@
 /* flow_laws [CASE]: mean-curvature flow against its laws, and filtering, at full size; minutes. `make build/tests/flow_laws`. */
 #include <stdio.h>
 
-#include "filter.h"
-#include "flow.h"
-#include "flow_laws.h"
-#include "linalg.h"
-#include "models.h"
-#include "shapes.h"
+#include "core/estimate/filter.h"
+#include "core/flow/flow.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/shapes/shapes.h"
+#include "tests/flow_laws.h"
 
 static struct gnp_pool *pool;
 static struct gnp_models *models;

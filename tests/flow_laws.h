@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "vector.h"
+#include "core/base/vector.h"
 
 struct cloud {
 	size_t count;

@@ -2,8 +2,8 @@
 #ifndef GNP_TESTS_FROZEN_H
 #define GNP_TESTS_FROZEN_H
 
-#include "file.h"
-#include "test.h"
+#include "proto/file/file.h"
+#include "tests/test.h"
 
 struct frozen {
 	const char *path;

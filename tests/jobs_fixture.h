@@ -2,7 +2,7 @@
 #ifndef GNP_TESTS_JOBS_FIXTURE_H
 #define GNP_TESTS_JOBS_FIXTURE_H
 
-#include "test.h"
+#include "tests/test.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -12,10 +12,10 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "job.h"
-#include "job_json.h"
-#include "linalg.h"
-#include "server.h"
+#include "core/linear/linalg.h"
+#include "server/api/server.h"
+#include "server/jobs/job.h"
+#include "server/jobs/job_json.h"
 
 static struct gnpd_config config;
 static struct gnpd_server server;

@@ -4,9 +4,9 @@
 #ifndef GNP_TESTS_MANUFACTURED_H
 #define GNP_TESTS_MANUFACTURED_H
 
-#include "shapes.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/vector.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 struct manufactured {
 	double value, laplacian, gradient[3];

@@ -3,7 +3,7 @@
 with ours. Run it by hand from the root when the definition changes.
 
 Random patches: jets of a fit, jets and places of the truth, typical sizes, and what the loss makes of them. Formulas are
-written from the definitions (first and second fundamental forms as matrices), not from those of weights/loss.c."""
+written from the definitions (first and second fundamental forms as matrices), not from those of weights/train/loss.c."""
 import numpy as np
 import torch
 

@@ -1,9 +1,9 @@
 /* The adaptive estimator: how close, how honest its error bars are, and what it makes of the faults of scans. */
-#include "estimate.h"
-#include "random.h"
-#include "shapes.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/estimate/estimate.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -1,6 +1,6 @@
 /* The table of parameters: the published counts of the reference package's networks, no gaps, and the ranges it refuses. */
-#include "architecture.h"
-#include "test.h"
+#include "core/network/architecture.h"
+#include "tests/test.h"
 
 static const struct gnp_architecture v1 = {.trunk = GNP_TRUNK_EDGE, .features = 3, .width = 64, .channels = 4, .neurons = 256, .layers = 5,
                                            .quadrature = 32, .head_width = 128, .outputs = 16};

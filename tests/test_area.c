@@ -1,7 +1,7 @@
-#include "area.h"
+#include "core/cells/area.h"
 
-#include "shapes.h"
-#include "test.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -1,10 +1,10 @@
 /* What an estimate says of itself: nothing on surfaces that are smooth and sampled evenly, the reason where it is not to be believed. */
-#include "estimate.h"
-#include "linalg.h"
-#include "manufactured.h"
-#include "models.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/estimate/estimate.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "tests/manufactured.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pools[2]; /* of one and of two workers */
 static struct gnp_models *models;

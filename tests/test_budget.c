@@ -1,9 +1,9 @@
 /* What decoders ask of a budget: as much as they keep once they are done, and nothing is taken that was not granted. */
-#include "test.h"
+#include "tests/test.h"
 
 
-#include "file.h"
-#include "oip.h"
+#include "proto/file/file.h"
+#include "proto/oip/oip.h"
 
 /* A budget that counts. */
 struct purse {

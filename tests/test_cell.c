@@ -1,9 +1,9 @@
-#include "cell.h"
+#include "core/cells/cell.h"
 
-#include "neighbors.h"
-#include "random.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/cloud/neighbors.h"
+#include "tests/test.h"
 
 enum { MOST = 4000 };
 static double points[3 * MOST], normals[3 * MOST];

@@ -3,12 +3,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "answer.h"
-#include "file_io.h"
-#include "http_client.h"
-#include "options.h"
-#include "progress.h"
-#include "test.h"
+#include "clients/answer.h"
+#include "clients/file_io.h"
+#include "clients/http_client.h"
+#include "clients/options.h"
+#include "clients/progress.h"
+#include "tests/test.h"
 
 static const struct gnp_option options[] = {
 	{"output", 'o', "FILE", ""}, {"points", 'n', "N", ""}, {"json", 'j', NULL, ""}, {"view", 0, "AZ,EL", ""},

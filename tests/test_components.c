@@ -1,5 +1,5 @@
-#include "components.h"
-#include "test.h"
+#include "core/linear/components.h"
+#include "tests/test.h"
 
 /* A matrix whose rows mention the unknowns listed, each list closed by -1. */
 static struct gnp_csr matrix_of(size_t n, const int *lists)

@@ -1,10 +1,10 @@
 /* Configuration: precedence, ranges, unknown keys, the address rule, and print-config that reads back. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <unistd.h>
 
-#include "config.h"
-#include "listen.h"
+#include "server/base/listen.h"
+#include "server/config/config.h"
 
 static struct gnpd_config config;
 static struct gnp_error error;

@@ -1,7 +1,7 @@
-#include "conformal.h"
+#include "core/flow/conformal.h"
 
-#include "flow_laws.h"
-#include "test.h"
+#include "tests/flow_laws.h"
+#include "tests/test.h"
 
 enum { COUNT = 1500 };
 static const double pi = 3.14159265358979324;

@@ -1,9 +1,9 @@
 /* Compressed bodies, made by zlib itself, and bombs. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <zlib.h>
 
-#include "content_encoding.h"
+#include "proto/file/content_encoding.h"
 
 enum { GZIP = 15 + 16, ZLIB = 15, RAW = -15 };
 

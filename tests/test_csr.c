@@ -1,6 +1,6 @@
-#include "csr.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/linear/csr.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

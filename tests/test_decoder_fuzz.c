@@ -1,13 +1,13 @@
 /* Every decoder on damaged input: flipped, cut and spliced bytes. It must answer, not crash, leak or hang; run with
  * SAN=address,undefined it finds more. An argument that is a number asks for that many rounds. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "content_encoding.h"
-#include "file.h"
-#include "oip.h"
-#include "parameters.h"
+#include "proto/file/content_encoding.h"
+#include "proto/file/file.h"
+#include "proto/format/parameters.h"
+#include "proto/oip/oip.h"
 
 static int rounds = 300;
 

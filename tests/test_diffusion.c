@@ -1,13 +1,13 @@
-#include "diffusion.h"
+#include "core/cells/diffusion.h"
 
 #include <pthread.h>
 #include <time.h>
 
-#include "cell.h"
-#include "neighbors.h"
-#include "random.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/cells/cell.h"
+#include "core/cloud/neighbors.h"
+#include "tests/test.h"
 
 enum { COUNT = 60, EDGES = 4 };
 static struct gnp_pool *pool;

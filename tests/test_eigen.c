@@ -1,5 +1,5 @@
-#include "eigen.h"
-#include "test.h"
+#include "core/linear/eigen.h"
+#include "tests/test.h"
 
 static double random_unit(unsigned *state)
 {

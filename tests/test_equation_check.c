@@ -1,12 +1,12 @@
 /* What equations say of themselves: nothing on clouds that resolve their surface, the reason on those that do not. */
-#include "geodesic.h"
-#include "heat.h"
-#include "linalg.h"
-#include "manufactured.h"
-#include "paths.h"
-#include "random.h"
-#include "spectrum.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/cells/paths.h"
+#include "core/equations/geodesic.h"
+#include "core/equations/heat.h"
+#include "core/equations/spectrum.h"
+#include "core/linear/linalg.h"
+#include "tests/manufactured.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

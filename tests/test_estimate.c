@@ -1,6 +1,6 @@
-#include "estimate.h"
-#include "shapes.h"
-#include "test.h"
+#include "core/estimate/estimate.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

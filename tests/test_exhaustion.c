@@ -1,7 +1,7 @@
 /* What a request does when memory is exhausted: each allocation between its first line and its answer fails once, and three in a row. The
  * linker puts the functions below in place of malloc and its kin for all of our code (see the Makefile), under any sanitizer; leaks show
  * under SAN=address. Libraries' own allocations are failed in tests/e2e/test_exhaustion.py. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <fcntl.h>
 #include <jansson.h>
@@ -9,12 +9,12 @@
 #include <unistd.h>
 #include <zlib.h>
 
-#include "file.h"
-#include "json_memory.h"
-#include "oip.h"
-#include "request.h"
-#include "routes.h"
-#include "server.h"
+#include "proto/file/file.h"
+#include "proto/json/json_memory.h"
+#include "proto/oip/oip.h"
+#include "server/api/request.h"
+#include "server/api/routes.h"
+#include "server/api/server.h"
 
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);

@@ -1,6 +1,6 @@
-#include "farthest.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/cloud/farthest.h"
+#include "tests/test.h"
 
 static void random_points(double *points, size_t count)
 {

@@ -1,11 +1,11 @@
 /* Filtering outliers off analytic clouds whose outliers are known. */
-#include "filter.h"
-#include "linalg.h"
-#include "models.h"
-#include "random.h"
-#include "shapes.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/estimate/filter.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 static struct gnp_models *models;

@@ -1,14 +1,14 @@
 /* Mean-curvature flow from end to end, by its laws on spheres, cylinders, tori, ellipsoids and catenoids. */
 #include <pthread.h>
 
-#include "flow.h"
-#include "flow_laws.h"
-#include "linalg.h"
-#include "models.h"
-#include "random.h"
-#include "shapes.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/flow/flow.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/shapes/shapes.h"
+#include "tests/flow_laws.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 static struct gnp_models *models;

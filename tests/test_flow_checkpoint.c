@@ -1,11 +1,11 @@
 /* Flows that are stopped and taken up: the result is that of a flow that was never interrupted, and what is kept may be damaged. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "checkpoint.h"
-#include "flow.h"
-#include "linalg.h"
-#include "random.h"
-#include "sha256.h"
+#include "core/base/checkpoint.h"
+#include "core/base/random.h"
+#include "core/base/sha256.h"
+#include "core/flow/flow.h"
+#include "core/linear/linalg.h"
 
 enum { POINTS = 600, STEPS = 12 };
 

@@ -1,14 +1,14 @@
 /* The guard: token buckets by the clock, limits of a key, and keys that are swapped while threads use them. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "bucket.h"
-#include "guard.h"
-#include "task.h"
+#include "core/base/task.h"
+#include "server/access/bucket.h"
+#include "server/access/guard.h"
 
 #define ALICE "sha256:2bd806c97f0e00af1a1fc3328fa763a9269723c8db8fac4f93af71db186d6e90"
 #define BOB "sha256:81b637d8fcd2c6da6359e6963113a1170de795e4b725b84d1e0b4cfd9ec58ce9"

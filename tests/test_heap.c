@@ -1,8 +1,8 @@
 /* Freed memory goes back once there has been nothing to do for a while, and not before. */
 #include <malloc.h>
 
-#include "heap.h"
-#include "test.h"
+#include "server/base/heap.h"
+#include "tests/test.h"
 
 /* A sanitizer has a heap of its own. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

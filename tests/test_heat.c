@@ -1,7 +1,7 @@
-#include "heat.h"
-#include "linalg.h"
-#include "manufactured.h"
-#include "test.h"
+#include "core/equations/heat.h"
+#include "core/linear/linalg.h"
+#include "tests/manufactured.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -1,6 +1,6 @@
 /* How far a job is, and when it will be done. */
-#include "job_progress.h"
-#include "test.h"
+#include "server/jobs/job_progress.h"
+#include "tests/test.h"
 
 static const struct gnpd_job_progress nothing = {.eta = -1};
 

@@ -1,7 +1,7 @@
 /* Records of jobs: what is written is read, and nothing else is. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "job_record.h"
+#include "server/jobs/job_record.h"
 
 static struct gnpd_job_record sample(void)
 {

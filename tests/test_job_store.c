@@ -1,6 +1,6 @@
 /* The folder of jobs: files whole or not at all whatever the disk does, one daemon at a time, and what a scan makes of what a process
  * that was killed left behind. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -11,7 +11,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "job_store.h"
+#include "server/jobs/job_store.h"
 
 static char folder[64];
 static struct gnpd_log log_;

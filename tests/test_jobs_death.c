@@ -1,5 +1,5 @@
 /* Jobs of processes that died: which are suspected, run alone, and failed at last. */
-#include "jobs_fixture.h"
+#include "tests/jobs_fixture.h"
 
 /* The record of a job of a process that died while it ran. */
 static void leave_running(const char *id, uint64_t attempts)

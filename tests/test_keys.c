@@ -1,10 +1,10 @@
 /* Files of keys: what lines hold, what is refused and how it is named, and the key of a request. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "keys.h"
+#include "server/access/keys.h"
 
 #define HASH_A "sha256:2bd806c97f0e00af1a1fc3328fa763a9269723c8db8fac4f93af71db186d6e90" /* of "alice" */
 #define HASH_B "sha256:81b637d8fcd2c6da6359e6963113a1170de795e4b725b84d1e0b4cfd9ec58ce9" /* of "bob" */

@@ -1,6 +1,6 @@
-#include "laplacian.h"
-#include "manufactured.h"
-#include "test.h"
+#include "core/equations/laplacian.h"
+#include "tests/manufactured.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -2,16 +2,16 @@
 #include <dirent.h>
 #include <unistd.h>
 
-#include "eigen.h"
-#include "estimate.h"
-#include "linalg.h"
-#include "models.h"
-#include "pooled.h"
-#include "projection.h"
-#include "random.h"
-#include "shapes.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/estimate/estimate.h"
+#include "core/linear/eigen.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/network/pooled.h"
+#include "core/network/projection.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -1,6 +1,6 @@
-#include "least_squares.h"
-#include "legendre.h"
-#include "test.h"
+#include "core/fit/least_squares.h"
+#include "core/fit/legendre.h"
+#include "tests/test.h"
 
 enum { POINTS = 90, STRIDE = 40, SIZE = 36 };
 

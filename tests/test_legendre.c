@@ -1,5 +1,5 @@
-#include "legendre.h"
-#include "test.h"
+#include "core/fit/legendre.h"
+#include "tests/test.h"
 
 static void values_match_closed_forms(void)
 {

@@ -1,9 +1,9 @@
 /* Lines of the log: whole in both formats, and no text forges one. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <unistd.h>
 
-#include "log.h"
+#include "server/base/log.h"
 
 /* The one line that an event of this text leaves, without its time, which is as long in every line. */
 static const char *event(enum gnpd_log_format format, const char *text)

@@ -1,8 +1,8 @@
 /* The training loss against automatic differentiation: tests/oracle_loss.py made tests/data/loss.npz. */
-#include "frozen.h"
-#include "loss.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "tests/frozen.h"
+#include "tests/test.h"
+#include "weights/train/loss.h"
 
 enum { PATCHES = 4, POINTS = 9 };
 

@@ -1,8 +1,8 @@
-#include "linalg.h"
-#include "lu.h"
-#include "memory.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/memory.h"
+#include "core/base/random.h"
+#include "core/linear/linalg.h"
+#include "core/linear/lu.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

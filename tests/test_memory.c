@@ -1,18 +1,18 @@
 /* What happens when memory is exhausted: each allocation of a run through memory.h fails once. The functions below stand in for
- * core/memory.c. Leaks show under SAN=address. */
-#include "memory.h"
+ * core/base/memory.c. Leaks show under SAN=address. */
+#include "core/base/memory.h"
 
 #include <stdatomic.h>
 #include <stdint.h>
 #include <unistd.h>
 
-#include "conformal.h"
-#include "filter.h"
-#include "flow.h"
-#include "model.h"
-#include "strays.h"
-#include "test.h"
-#include "thin.h"
+#include "core/cloud/strays.h"
+#include "core/cloud/thin.h"
+#include "core/estimate/filter.h"
+#include "core/flow/conformal.h"
+#include "core/flow/flow.h"
+#include "core/network/model.h"
+#include "tests/test.h"
 
 static atomic_long asked; /* allocations so far */
 static atomic_long doomed = -1;

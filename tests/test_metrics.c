@@ -1,8 +1,8 @@
 /* The Prometheus exposition: counts, cumulative buckets, well-formed lines, families declared once and before use. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "config.h"
-#include "metrics.h"
+#include "server/base/metrics.h"
+#include "server/config/config.h"
 
 static char *write_text(const struct gnpd_metrics *metrics)
 {

@@ -1,15 +1,15 @@
 /* Models from files: the round trip, every way metadata and tensors can be wrong, sets of models and their references. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <pthread.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "memory.h"
-#include "models.h"
-#include "random.h"
-#include "task.h"
-#include "weights_write.h"
+#include "core/base/memory.h"
+#include "core/base/random.h"
+#include "core/base/task.h"
+#include "core/network/models.h"
+#include "core/network/safetensors_write.h"
 
 static char folder[64];
 

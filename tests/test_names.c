@@ -1,8 +1,8 @@
 /* Lists of known names in errors: whole names alone, what is left out is counted, and the nearest one is suggested. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "names.h"
-#include "operation.h"
+#include "core/base/names.h"
+#include "proto/operation/operation.h"
 
 static const char *text_of(struct gnp_names *names, const char *given, const char *const *known, size_t count)
 {

@@ -1,7 +1,7 @@
-#include "neighbors.h"
+#include "core/cloud/neighbors.h"
 
-#include "order.h"
-#include "test.h"
+#include "core/cloud/order.h"
+#include "tests/test.h"
 
 struct entry {
 	double distance;

@@ -1,5 +1,5 @@
 /* What the service manager hears and hands over. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -8,8 +8,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "inherit.h"
-#include "notify.h"
+#include "server/base/inherit.h"
+#include "server/base/notify.h"
 
 static struct gnp_error error;
 

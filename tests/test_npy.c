@@ -1,10 +1,10 @@
 /* NPY and NPZ against numpy itself (tests/oracle_numpy.py), where it is installed, and hand-made hostile files. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 #include <unistd.h>
 
-#include "file.h"
+#include "proto/file/file.h"
 
 static unsigned char *read_file(const char *folder, const char *name, size_t *size)
 {

@@ -1,9 +1,9 @@
 /* Numbers as text. Oracles: the C library's strtod and printf. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "number.h"
+#include "proto/tensor/number.h"
 
 static uint64_t next_random(uint64_t *state)
 {

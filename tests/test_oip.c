@@ -1,9 +1,9 @@
 /* The inference protocol: round trips, and what hostile or careless clients send. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "oip.h"
+#include "proto/oip/oip.h"
 
 #define POINTS "{\"inputs\":[{\"name\":\"points\",\"datatype\":\"FP32\","
 

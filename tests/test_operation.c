@@ -1,8 +1,8 @@
 /* The operation table: parameters, requests, a run on a sphere with exact geometry, and the document written from it. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "estimate.h"
-#include "operation.h"
+#include "core/estimate/estimate.h"
+#include "proto/operation/operation.h"
 
 static const struct gnp_operation *estimate(void)
 {

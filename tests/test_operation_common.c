@@ -1,5 +1,5 @@
 /* What operations share on the way back: numbers that single precision cannot hold. */
-#include "cloud_request.h"
+#include "tests/cloud_request.h"
 
 enum { COUNT = 3000 };
 

@@ -1,9 +1,9 @@
 /* The operations that solve equations, from request to answer, on a sphere whose harmonics are known. */
-#include "cloud_request.h"
+#include "tests/cloud_request.h"
 
 #include <stdint.h>
 
-#include "file.h"
+#include "proto/file/file.h"
 
 enum { COUNT = 3000 };
 

@@ -1,5 +1,5 @@
 /* The operation filter from request to answer: what is kept and dropped of a sphere with points off it, types, report. */
-#include "cloud_request.h"
+#include "tests/cloud_request.h"
 
 #include <stdint.h>
 

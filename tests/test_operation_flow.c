@@ -1,9 +1,9 @@
 /* The operation flow from request to answer: a sphere shrinks, records and snapshots agree, masks hold, types, report. */
-#include "cloud_request.h"
+#include "tests/cloud_request.h"
 
 #include <stdint.h>
 
-#include "flow.h"
+#include "core/flow/flow.h"
 
 enum { COUNT = 3000 };
 

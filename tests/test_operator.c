@@ -1,11 +1,11 @@
 /* The operator against its definition in plain double arithmetic: a kernel matrix for every edge, nothing factorised. Derivatives
  * are judged by differences of that definition. */
-#include "linalg.h"
-#include "operator.h"
-#include "pooled.h"
-#include "quadrature.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/linear/linalg.h"
+#include "core/network/network.h"
+#include "core/network/pooled.h"
+#include "core/network/quadrature.h"
+#include "tests/test.h"
 
 enum { NODES_MAX = 96, WIDTH_MAX = 64, NEURONS_MAX = 256 };
 

@@ -1,10 +1,10 @@
 /* The published networks against automatic differentiation: tests/oracle_operator.py made tests/data/operator.npz and says how
  * parameters are made. */
-#include "frozen.h"
-#include "linalg.h"
-#include "pooled.h"
-#include "quadrature.h"
-#include "test.h"
+#include "core/linear/linalg.h"
+#include "core/network/pooled.h"
+#include "core/network/quadrature.h"
+#include "tests/frozen.h"
+#include "tests/test.h"
 
 enum { PATCHES = 2, OUTPUTS = 16, SAMPLES = 12, NODES = 90 };
 

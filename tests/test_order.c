@@ -1,6 +1,6 @@
-#include "order.h"
+#include "core/cloud/order.h"
 
-#include "test.h"
+#include "tests/test.h"
 
 static uint64_t random_state = 1;
 

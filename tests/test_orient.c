@@ -1,13 +1,13 @@
 #include <math.h>
 
-#include "distinct.h"
-#include "forest.h"
-#include "order.h"
-#include "orient.h"
-#include "outward.h"
-#include "pca.h"
-#include "shapes.h"
-#include "test.h"
+#include "core/cloud/distinct.h"
+#include "core/cloud/forest.h"
+#include "core/cloud/order.h"
+#include "core/cloud/orient.h"
+#include "core/cloud/outward.h"
+#include "core/cloud/pca.h"
+#include "core/shapes/shapes.h"
+#include "tests/test.h"
 
 static const double pi = 3.14159265358979323846;
 

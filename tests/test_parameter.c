@@ -1,8 +1,8 @@
 /* Every type of parameter, of a table made for the purpose: from text, from typed values, in metadata and in usage. Masks. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "oip.h"
-#include "operation.h"
+#include "proto/oip/oip.h"
+#include "proto/operation/operation.h"
 
 struct options {
 	int count;

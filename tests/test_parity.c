@@ -1,8 +1,8 @@
 /* Our GMLS against an independent implementation: tests/oracle_gmls.py made the cloud and the answers in tests/data. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "estimate.h"
-#include "file.h"
+#include "core/estimate/estimate.h"
+#include "proto/file/file.h"
 
 static struct gnp_tensors frozen;
 static unsigned char body[65536]; /* what frozen may borrow from */

@@ -1,9 +1,9 @@
-#include "pde_table.h"
+#include "weights/validate/pde_table.h"
 
-#include "linalg.h"
-#include "pde_truth.h"
-#include "poisson.h"
-#include "test.h"
+#include "core/equations/poisson.h"
+#include "core/linear/linalg.h"
+#include "tests/test.h"
+#include "weights/validate/pde_truth.h"
 
 static struct gnp_pool *pool;
 

@@ -1,9 +1,9 @@
 /* PLY: every encoding and type, what our own writer makes, and files that lie. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "file.h"
+#include "proto/file/file.h"
 
 /* A heap copy of the exact size lets the address sanitizer see reads past the end. */
 static gnp_status decode_bytes(const void *data, size_t size, bool all, size_t most, struct gnp_tensors *tensors,

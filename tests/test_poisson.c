@@ -1,8 +1,8 @@
-#include "energy.h"
-#include "linalg.h"
-#include "manufactured.h"
-#include "poisson.h"
-#include "test.h"
+#include "core/equations/energy.h"
+#include "core/equations/poisson.h"
+#include "core/linear/linalg.h"
+#include "tests/manufactured.h"
+#include "tests/test.h"
 
 static struct gnp_pool *pool;
 

@@ -1,11 +1,11 @@
-#include "pool.h"
+#include "core/base/pool.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdint.h>
 #include <time.h>
 
-#include "test.h"
+#include "tests/test.h"
 
 static void sleep_a_little(void)
 {

@@ -1,7 +1,7 @@
-#include "prepare.h"
+#include "core/cloud/prepare.h"
 
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "tests/test.h"
 
 enum { COUNT = 700 };
 static struct gnp_pool *pool;

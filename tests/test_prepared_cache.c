@@ -1,10 +1,10 @@
-#include "prepared_cache.h"
+#include "proto/operation/prepared_cache.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <time.h>
 
-#include "test.h"
+#include "tests/test.h"
 
 static atomic_int made, alive;
 

@@ -1,9 +1,9 @@
 /* The projection head: what it reproduces exactly, what it must not depend on, and its derivatives by differences. */
-#include "least_squares.h"
-#include "linalg.h"
-#include "projection_fit.h"
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/estimate/projection_fit.h"
+#include "core/fit/least_squares.h"
+#include "core/linear/linalg.h"
+#include "tests/test.h"
 
 enum { SIZE = GNP_TAYLOR_SIZE, ORDERS = GNP_TAYLOR_DEGREE + 1, SHELLS = 3, LAST = 240, POINTS_MAX = 300, K = 30 };
 

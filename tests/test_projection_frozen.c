@@ -1,13 +1,13 @@
 /* Models against another hand's: tests/oracle_projection.py made tests/data/projection.npz from every file of weights/ and from two
  * networks of a formula, and says how patches and parameters are made. When a file of weights changes:
  * python3 tests/oracle_projection.py weights */
-#include "frozen.h"
-#include "legendre.h"
-#include "linalg.h"
-#include "models.h"
-#include "pooled.h"
-#include "projection_fit.h"
-#include "test.h"
+#include "core/estimate/projection_fit.h"
+#include "core/fit/legendre.h"
+#include "core/linear/linalg.h"
+#include "core/network/models.h"
+#include "core/network/pooled.h"
+#include "tests/frozen.h"
+#include "tests/test.h"
 
 enum { PATCHES = 4, SIZE = GNP_TAYLOR_SIZE, ORDERS = GNP_TAYLOR_DEGREE + 1, POINTS_MAX = 4096, DIGEST = 32 };
 

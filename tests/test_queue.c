@@ -1,5 +1,5 @@
 /* The bounded queue: both limits, order, removal, closing, and that every accepted job runs exactly once. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -7,7 +7,7 @@
 #include <stdint.h>
 #include <unistd.h>
 
-#include "queue.h"
+#include "server/base/queue.h"
 
 struct work {
 	struct gnpd_queued job;

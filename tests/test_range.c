@@ -1,8 +1,8 @@
 /* Ranges of bytes and lengths of time, as clients write them. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "duration.h"
-#include "range.h"
+#include "server/parse/duration.h"
+#include "server/parse/range.h"
 
 static void check(const char *text, enum gnpd_range kind, size_t first, size_t count)
 {

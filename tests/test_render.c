@@ -1,7 +1,7 @@
 /* Pictures of a sphere whose every pixel is known, colours and limits, and the PNG's own bytes. */
-#include "colormap.h"
-#include "render.h"
-#include "test.h"
+#include "clients/plot/colormap.h"
+#include "clients/plot/render.h"
+#include "tests/test.h"
 
 enum { COUNT = 20000, SIZE = 300 };
 

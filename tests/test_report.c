@@ -1,11 +1,11 @@
 /* What an answer says of itself: the whole table of operations, by every estimator, in every format that is written and over both protocols;
  * and the ways it takes there and back. */
-#include "cloud_request.h"
-#include "models.h"
-#include "oip.h"
-#include "parameters.h"
-#include "result.h"
-#include "warnings.h"
+#include "core/network/models.h"
+#include "proto/file/result.h"
+#include "proto/format/parameters.h"
+#include "proto/oip/oip.h"
+#include "proto/tensor/warnings.h"
+#include "tests/cloud_request.h"
 
 static const char *const estimators[] = {"gnp", "gmls", "adaptive"};
 static struct gnp_models *models;

@@ -1,6 +1,6 @@
 /* The reserve of memory: what malloc gives when the system has nothing left. The process may have no more address space than it has, and
  * what is left of that is taken first. Sanitizers have a malloc of their own: with them there is only the way in. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <errno.h>
 #include <malloc.h>
@@ -8,7 +8,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "reserve.h"
+#include "core/base/reserve.h"
 
 #if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
 #define REPLACED false

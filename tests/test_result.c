@@ -1,9 +1,9 @@
 /* Answers as files: which outputs a format carries, whose points they stand beside, and every type in every format. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "result.h"
+#include "proto/file/result.h"
 
 enum { N = 4, M = 3 };
 

@@ -1,11 +1,11 @@
 /* The tables of routes and the OpenAPI document name the same paths and methods. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <ctype.h>
 #include <strings.h>
 
-#include "operation.h"
-#include "routes.h"
+#include "proto/operation/operation.h"
+#include "server/api/routes.h"
 
 static struct gnp_buffer document;
 

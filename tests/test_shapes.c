@@ -1,11 +1,11 @@
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 #include <sys/resource.h>
 
-#include "random.h"
-#include "shape_family.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/shapes/shape_family.h"
 
 enum { COUNT = 2000 };
 

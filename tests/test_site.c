@@ -1,7 +1,7 @@
 /* Host, Origin and Sec-Fetch-Site: which pages may use the server through a browser. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "site.h"
+#include "server/parse/site.h"
 
 static struct gnp_error error;
 

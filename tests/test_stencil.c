@@ -1,6 +1,6 @@
-#include "random.h"
-#include "stencil.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "core/equations/stencil.h"
+#include "tests/test.h"
 
 enum { COUNT = 40 };
 

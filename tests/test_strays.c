@@ -1,9 +1,9 @@
-#include "strays.h"
+#include "core/cloud/strays.h"
 
-#include "pca.h"
-#include "random.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "core/cloud/pca.h"
+#include "tests/test.h"
 
 enum { MOST = 4000, NEAR = 17 };
 static struct gnp_pool *pool;

@@ -1,7 +1,7 @@
 /* Header checks against request smuggling. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "strict.h"
+#include "server/parse/framing.h"
 
 struct header {
 	const char *name, *value;

@@ -1,6 +1,6 @@
-#include "surface.h"
-#include "test.h"
-#include "vector.h"
+#include "core/base/vector.h"
+#include "core/fit/surface.h"
+#include "tests/test.h"
 
 /* A patch in a turned frame, with anisotropic scales, whose height is a known polynomial of degree 4. */
 static const struct gnp_surface patch = {.basis = {GNP_BASIS_TENSOR, 4}, .origin = {1, -2, 3},

@@ -1,7 +1,7 @@
 /* Request targets: paths and query strings, decoded and refused. */
-#include "test.h"
+#include "tests/test.h"
 
-#include "target.h"
+#include "server/parse/target.h"
 
 static void query_strings_are_decoded_and_checked(void)
 {

@@ -1,8 +1,8 @@
-#include "task.h"
+#include "core/base/task.h"
 
 #include <time.h>
 
-#include "test.h"
+#include "tests/test.h"
 
 static void pause_for(double seconds)
 {

@@ -1,6 +1,6 @@
-#include "regression.h"
-#include "taylor.h"
-#include "test.h"
+#include "core/fit/regression.h"
+#include "core/fit/taylor.h"
+#include "tests/test.h"
 
 static void rows_are_graded_monomials(void)
 {

@@ -1,9 +1,9 @@
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "message.h"
-#include "tensor.h"
+#include "proto/tensor/message.h"
+#include "proto/tensor/tensor.h"
 
 static void sizes_and_names_of_datatypes(void)
 {

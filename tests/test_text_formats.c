@@ -1,10 +1,10 @@
 /* XYZ, CSV, PCD, OBJ, VTK and JSON files, and telling formats apart. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 
-#include "file.h"
-#include "operation.h"
+#include "proto/file/file.h"
+#include "proto/operation/operation.h"
 
 static gnp_status decode_bytes(enum gnp_format format, const void *data, size_t size, bool all,
                                struct gnp_tensors *tensors, struct gnp_error *error)

@@ -1,7 +1,7 @@
-#include "thin.h"
+#include "core/cloud/thin.h"
 
-#include "random.h"
-#include "test.h"
+#include "core/base/random.h"
+#include "tests/test.h"
 
 enum { COUNT = 1500 };
 

@@ -1,14 +1,14 @@
 /* The training loop, on a network small enough to see through: coefficients = M (moments of the heights). */
 #include <unistd.h>
 
-#include "linalg.h"
-#include "loss_rule.h"
-#include "test.h"
-#include "train.h"
-#include "train_fit.h"
-#include "train_log.h"
-#include "train_run.h"
-#include "train_watch.h"
+#include "core/linear/linalg.h"
+#include "tests/test.h"
+#include "weights/train/loss_rule.h"
+#include "weights/train/train.h"
+#include "weights/train/train_fit.h"
+#include "weights/train/train_log.h"
+#include "weights/train/train_run.h"
+#include "weights/train/train_watch.h"
 
 enum { POINTS = 4000, DEGREE = 3, SIZE = 10, PARAMETERS = SIZE * SIZE, FILE_BYTES = 4096 };
 

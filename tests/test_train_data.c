@@ -1,9 +1,9 @@
 #include <unistd.h>
 
-#include "test.h"
-#include "train_patches.h"
-#include "train_window.h"
-#include "vector.h"
+#include "core/base/vector.h"
+#include "tests/test.h"
+#include "weights/train/train_patches.h"
+#include "weights/train/train_window.h"
 
 enum { POINTS = 4000, SHAPES = 5, PATCHES = 24 };
 

@@ -1,12 +1,12 @@
 /* Operators in training: their gradient through loss and head by differences, their parameters to begin with. */
-#include "initial.h"
-#include "linalg.h"
-#include "loss.h"
-#include "projection_fit.h"
-#include "sheets.h"
-#include "test.h"
-#include "train_fit.h"
-#include "train_operator.h"
+#include "core/estimate/projection_fit.h"
+#include "core/estimate/sheets.h"
+#include "core/linear/linalg.h"
+#include "tests/test.h"
+#include "weights/train/initial.h"
+#include "weights/train/loss.h"
+#include "weights/train/train_fit.h"
+#include "weights/train/train_operator.h"
 
 enum { POINTS = 3000, PATCHES = 3 };
 

@@ -1,9 +1,9 @@
-#include "unfold.h"
+#include "core/equations/unfold.h"
 
 #include <math.h>
 
-#include "test.h"
-#include "vector.h"
+#include "core/base/vector.h"
+#include "tests/test.h"
 
 static double tangents[2][3] = {{1, 0, 0}, {0, 1, 0}};
 static const double origin[3] = {0, 0, 0}, up[3] = {0, 0, 1};

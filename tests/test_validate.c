@@ -1,10 +1,10 @@
 #include <unistd.h>
 
-#include "initial.h"
-#include "random.h"
-#include "test.h"
-#include "validation.h"
-#include "vector.h"
+#include "core/base/random.h"
+#include "core/base/vector.h"
+#include "tests/test.h"
+#include "weights/train/initial.h"
+#include "weights/validate/validation.h"
 
 enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly a toroidal member */
 

@@ -1,10 +1,10 @@
 /* Warnings: one of each kind, the outermost task's, and in an answer's report. */
-#include "warning.h"
+#include "core/base/warning.h"
 
 #include <string.h>
 
-#include "task.h"
-#include "test.h"
+#include "core/base/task.h"
+#include "tests/test.h"
 
 static void first_of_a_kind_stays(void)
 {

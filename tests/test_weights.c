@@ -1,13 +1,13 @@
 /* Files of weights against numpy's (tests/oracle_safetensors.py), hostile ones by hand, and damaged ones at random. An argument
  * that is a number asks for that many rounds of damage. */
-#include "test.h"
+#include "tests/test.h"
 
 #include <stdint.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "weights.h"
-#include "weights_write.h"
+#include "core/network/safetensors.h"
+#include "core/network/safetensors_write.h"
 
 static int rounds = 3000;
 

@@ -1,7 +1,7 @@
 /* Writes the OpenAPI document to standard output; `make openapi` keeps it in proto/openapi.yaml. */
 #include <stdio.h>
 
-#include "operation.h"
+#include "proto/operation/operation.h"
 
 int main(void)
 {

@@ -1,6 +1,6 @@
 /* Configuration files: what is read, printed and read again must be the same. */
-#include "config.h"
-#include "fuzz.h"
+#include "server/config/config.h"
+#include "tests/fuzz/fuzz.h"
 
 static gnp_status read_text(const char *text, size_t size, struct gnpd_config *config, struct gnp_error *error)
 {

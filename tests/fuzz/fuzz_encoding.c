@@ -2,8 +2,8 @@
  * decoded again. */
 #include <zlib.h>
 
-#include "content_encoding.h"
-#include "fuzz.h"
+#include "proto/file/content_encoding.h"
+#include "tests/fuzz/fuzz.h"
 
 static void again(const struct gnp_buffer *plain)
 {

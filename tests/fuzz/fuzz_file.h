@@ -2,9 +2,9 @@
 #ifndef GNP_TESTS_FUZZ_FILE_H
 #define GNP_TESTS_FUZZ_FILE_H
 
-#include "file.h"
-#include "fuzz.h"
-#include "operation.h"
+#include "proto/file/file.h"
+#include "proto/operation/operation.h"
+#include "tests/fuzz/fuzz.h"
 
 enum { FUZZ_POINTS_MAX = 1000 };
 

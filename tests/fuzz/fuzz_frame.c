@@ -1,5 +1,5 @@
 /* The binary frame of /v2. The input's first line is the header Inference-Header-Content-Length, the rest is the body. */
-#include "fuzz_oip.h"
+#include "tests/fuzz/fuzz_oip.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

@@ -1,7 +1,7 @@
 /* Records of jobs: as they lie in a file, and sealed with a checksum that is right, so that what is behind it is reached. What is read
  * must be written the same again. */
-#include "fuzz.h"
-#include "job_record.h"
+#include "server/jobs/job_record.h"
+#include "tests/fuzz/fuzz.h"
 
 static void try(const char *text, size_t size)
 {

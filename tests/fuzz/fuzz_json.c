@@ -1,5 +1,5 @@
 /* JSON bodies: the envelope of /v2 without binary tensors, and the file format of /v1. */
-#include "fuzz_oip.h"
+#include "tests/fuzz/fuzz_oip.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

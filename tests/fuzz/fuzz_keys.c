@@ -1,6 +1,6 @@
 /* Files of keys, and the headers keys come in. */
-#include "fuzz.h"
-#include "keys.h"
+#include "server/access/keys.h"
+#include "tests/fuzz/fuzz.h"
 
 static void check_keys(const struct gnpd_keys *keys)
 {

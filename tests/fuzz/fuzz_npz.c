@@ -1,5 +1,5 @@
 /* NPZ files. */
-#include "fuzz_file.h"
+#include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

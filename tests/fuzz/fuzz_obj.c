@@ -1,5 +1,5 @@
 /* OBJ files, which are only read. */
-#include "fuzz_file.h"
+#include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

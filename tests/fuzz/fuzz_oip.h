@@ -2,10 +2,10 @@
 #ifndef GNP_TESTS_FUZZ_OIP_H
 #define GNP_TESTS_FUZZ_OIP_H
 
-#include "fuzz_file.h"
-#include "json_memory.h"
-#include "oip.h"
-#include "operation.h"
+#include "proto/json/json_memory.h"
+#include "proto/oip/oip.h"
+#include "proto/operation/operation.h"
+#include "tests/fuzz/fuzz_file.h"
 
 static inline void fuzz_prepare(const struct gnp_request *request)
 {

@@ -1,5 +1,5 @@
 /* PLY files. Encoding adds the column `quality`, so that only the second pass is lossless. */
-#include "fuzz_file.h"
+#include "tests/fuzz/fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {

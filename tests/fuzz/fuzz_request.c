@@ -2,15 +2,15 @@
  * reads the body is done here, then the query becomes parameters of the operation, and an error is answered. */
 #include <jansson.h>
 
-#include "duration.h"
-#include "fuzz.h"
-#include "oip.h"
-#include "operation.h"
-#include "range.h"
-#include "request.h"
-#include "routes.h"
-#include "server.h"
-#include "strict.h"
+#include "proto/oip/oip.h"
+#include "proto/operation/operation.h"
+#include "server/api/request.h"
+#include "server/api/routes.h"
+#include "server/api/server.h"
+#include "server/parse/duration.h"
+#include "server/parse/framing.h"
+#include "server/parse/range.h"
+#include "tests/fuzz/fuzz.h"
 
 struct head {
 	struct gnpd_strict strict;

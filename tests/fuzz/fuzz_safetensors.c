@@ -1,8 +1,8 @@
 /* Files of weights: read, written and read again, and made a model of. */
-#include "fuzz.h"
-#include "model.h"
-#include "weights.h"
-#include "weights_write.h"
+#include "core/network/model.h"
+#include "core/network/safetensors.h"
+#include "core/network/safetensors_write.h"
+#include "tests/fuzz/fuzz.h"
 
 enum { TENSORS = 64, KEYS = 64 };
 

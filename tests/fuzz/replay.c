@@ -6,7 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "fuzz.h"
+#include "tests/fuzz/fuzz.h"
 
 enum { SECONDS = 20, SIZE_MAX_OF_FILE = 1 << 20 };
 

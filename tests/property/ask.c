@@ -1,13 +1,13 @@
-#include "ask.h"
+#include "tests/property/ask.h"
 
 #include <curl/curl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "http_client.h"
-#include "oip.h"
-#include "result.h"
+#include "clients/http_client.h"
+#include "proto/file/result.h"
+#include "proto/oip/oip.h"
 
 static CURL *curl; /* one connection a process */
 

@@ -2,8 +2,8 @@
 #ifndef GNP_TESTS_PROPERTY_ASK_H
 #define GNP_TESTS_PROPERTY_ASK_H
 
-#include "judge.h"
-#include "spec.h"
+#include "tests/property/judge.h"
+#include "tests/property/spec.h"
 
 struct ask {
 	const char *url;

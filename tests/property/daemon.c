@@ -1,4 +1,4 @@
-#include "daemon.h"
+#include "tests/property/daemon.h"
 
 #include <signal.h>
 #include <stdio.h>

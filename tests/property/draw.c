@@ -4,11 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "file.h"
-#include "operation.h"
-#include "random.h"
-#include "spec.h"
-#include "zoo.h"
+#include "core/base/random.h"
+#include "proto/file/file.h"
+#include "proto/operation/operation.h"
+#include "tests/property/spec.h"
+#include "tests/property/zoo.h"
 
 struct draw {
 	struct gnp_random random;

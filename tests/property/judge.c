@@ -1,4 +1,4 @@
-#include "judge.h"
+#include "tests/property/judge.h"
 
 #include <math.h>
 #include <stdarg.h>

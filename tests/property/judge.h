@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "operation.h"
+#include "proto/operation/operation.h"
 
 enum { JUDGE_TEXT = 400 };
 

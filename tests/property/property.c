@@ -15,9 +15,9 @@
 #include <unistd.h>
 #include <fcntl.h>
 
-#include "daemon.h"
-#include "linalg.h"
-#include "trial.h"
+#include "core/linear/linalg.h"
+#include "tests/property/daemon.h"
+#include "tests/property/trial.h"
 
 enum { JOBS_MAX = 8, MODELS_MAX = 32, HANGS = 240, EXIT_FINDING = 3 };
 

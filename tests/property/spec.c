@@ -1,4 +1,4 @@
-#include "spec.h"
+#include "tests/property/spec.h"
 
 #include <stdio.h>
 #include <stdlib.h>

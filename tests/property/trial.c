@@ -1,4 +1,4 @@
-#include "trial.h"
+#include "tests/property/trial.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -6,9 +6,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "ask.h"
-#include "result.h"
-#include "zoo.h"
+#include "proto/file/result.h"
+#include "tests/property/ask.h"
+#include "tests/property/zoo.h"
 
 /* Work whose estimate is over this is what admission refuses. */
 static const size_t memory_most = (size_t)2 << 30;

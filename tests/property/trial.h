@@ -4,10 +4,10 @@
 
 #include <stdbool.h>
 
-#include "judge.h"
-#include "models.h"
-#include "pool.h"
-#include "spec.h"
+#include "core/base/pool.h"
+#include "core/network/models.h"
+#include "tests/property/judge.h"
+#include "tests/property/spec.h"
 
 /* What trials share within a process. */
 struct trial_bench {

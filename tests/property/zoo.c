@@ -1,11 +1,11 @@
-#include "zoo.h"
+#include "tests/property/zoo.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "random.h"
+#include "core/base/random.h"
 
 /* ---- Clouds: row i of n into p, and the outward normal ---- */
 

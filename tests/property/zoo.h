@@ -2,9 +2,9 @@
 #ifndef GNP_TESTS_PROPERTY_ZOO_H
 #define GNP_TESTS_PROPERTY_ZOO_H
 
-#include "message.h"
-#include "operation.h"
-#include "spec.h"
+#include "proto/operation/operation.h"
+#include "proto/tensor/message.h"
+#include "tests/property/spec.h"
 
 /* What words may say, last what must be refused; NULL-terminated. */
 extern const char *const zoo_clouds[], *const zoo_normals[], *const zoo_masks[], *const zoo_values[];

@@ -1,0 +1,35 @@
+/* A cloud made ready for work: in curve order, indexed, with unit normals. What estimation and everything built on
+ * patches starts from. */
+#ifndef GNP_CORE_PREPARE_H
+#define GNP_CORE_PREPARE_H
+
+#include <stdint.h>
+
+#include "core/base/pool.h"
+#include "core/cloud/cloud.h"
+#include "core/cloud/neighbors.h"
+
+/* Owned; freed by gnp_prepared_clear. */
+struct gnp_prepared {
+	size_t count;
+	uint32_t *order;   /* (count) caller's index of each point */
+	double *points;    /* (count, 3) */
+	double *normals;   /* (count, 3) unit, outward */
+	struct gnp_neighbors *neighbors;
+	size_t components; /* connected components oriented; 0 when normals were given */
+};
+
+/* cloud has passed gnp_cloud_check. Normals are scaled to unit length, or estimated and oriented (orient.h) when
+ * absent. What cannot be believed of the cloud is warned of (belief.h). On failure *out is unchanged. */
+gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                       struct gnp_prepared *out, struct gnp_error *error);
+
+/* The same of what is left of a cloud that was prepared before, with normals of fits: nothing of it is judged again. */
+gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *out,
+                              struct gnp_error *error);
+
+/* The same without normals, which are NULL: for what goes by distances alone. */
+gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out, struct gnp_error *error);
+void gnp_prepared_clear(struct gnp_prepared *prepared);
+
+#endif

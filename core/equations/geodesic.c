@@ -1,0 +1,313 @@
+#include "core/equations/geodesic.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/base/memory.h"
+#include "core/cells/volume.h"
+#include "core/equations/collocation.h"
+#include "core/equations/equation_check.h"
+#include "core/equations/geodesic_check.h"
+#include "core/linear/components.h"
+#include "core/linear/lu.h"
+
+/* Heat must not underflow across the cloud: exp(-700) is the last double of full precision. */
+static const double longest_way = 500; /* in units of sqrt t */
+
+struct gnp_geodesic {
+	struct gnp_domain domain;
+	struct gnp_stiffness stiffness;
+	struct gnp_components components;
+	struct gnp_collocation gradient;
+	struct gnp_lu *heat, *poisson;
+	double time; /* t [length^2] */
+};
+
+void gnp_geodesic_free(struct gnp_geodesic *geodesic)
+{
+	if (!geodesic)
+		return;
+	gnp_lu_free(geodesic->heat);
+	gnp_lu_free(geodesic->poisson);
+	gnp_collocation_clear(&geodesic->gradient);
+	gnp_components_clear(&geodesic->components);
+	gnp_stiffness_clear(&geodesic->stiffness);
+	gnp_domain_clear(&geodesic->domain);
+	free(geodesic);
+}
+
+size_t gnp_geodesic_bytes(const struct gnp_geodesic *geodesic)
+{
+	struct gnp_csr one = gnp_collocation_view(&geodesic->gradient, GNP_DERIVATIVE_GRADIENT_X);
+	size_t edges = geodesic->stiffness.start[geodesic->stiffness.count];
+	return sizeof *geodesic + gnp_domain_bytes(&geodesic->domain) + gnp_lu_bytes(geodesic->heat) + gnp_lu_bytes(geodesic->poisson) +
+	       3 * gnp_csr_bytes(&one) + edges * 12 + geodesic->domain.prepared.count * 40;
+}
+
+const struct gnp_domain *gnp_geodesic_domain(const struct gnp_geodesic *geodesic)
+{
+	return &geodesic->domain;
+}
+
+/* The square of the mean spacing, or more where heat would not get across. */
+static double flow_time(const struct gnp_domain *domain)
+{
+	double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY}, area = 0, across = 0;
+	for (size_t i = 0; i < domain->prepared.count; i++) {
+		area += domain->area[i];
+		for (int c = 0; c < 3; c++) {
+			low[c] = fmin(low[c], domain->prepared.points[3 * i + c]);
+			high[c] = fmax(high[c], domain->prepared.points[3 * i + c]);
+		}
+	}
+	for (int c = 0; c < 3; c++)
+		across += (high[c] - low[c]) * (high[c] - low[c]);
+	return fmax(area / (double)domain->prepared.count, 4 * across / (longest_way * longest_way));
+}
+
+/* S + diag(added), factored. */
+static gnp_status factor(const struct gnp_geodesic *geodesic, const double *added, struct gnp_pool *pool, struct gnp_task *task,
+                         struct gnp_lu **lu, struct gnp_error *error)
+{
+	struct gnp_csr matrix = {.rows = 0};
+	struct gnp_lu_plan plan;
+	gnp_status status = gnp_volume_matrix(&geodesic->stiffness, added, NULL, &matrix, error);
+	if (status == GNP_OK)
+		status = gnp_lu_plan_make(&matrix, true, geodesic->domain.prepared.points, pool, task, &plan, error);
+	if (status == GNP_OK)
+		status = gnp_lu_factor_take(&matrix, &plan, pool, task, lu, error);
+	gnp_csr_clear(&matrix);
+	return status;
+}
+
+static gnp_status find_components(struct gnp_geodesic *geodesic, double *added, struct gnp_error *error)
+{
+	struct gnp_csr matrix = {.rows = 0};
+	memset(added, 0, geodesic->stiffness.count * sizeof *added);
+	gnp_status status = gnp_volume_matrix(&geodesic->stiffness, added, NULL, &matrix, error);
+	if (status == GNP_OK)
+		status = gnp_components_find(&matrix, NULL, &geodesic->components, error);
+	gnp_csr_clear(&matrix);
+	return status;
+}
+
+static gnp_status make_factors(struct gnp_geodesic *geodesic, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	const struct gnp_stiffness *stiffness = &geodesic->stiffness;
+	double *added = gnp_array_new(stiffness->count, sizeof *added);
+	gnp_status status = added ? find_components(geodesic, added, error)
+	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "geodesic: no memory for %zu points", stiffness->count);
+	gnp_task_stage(task, GNP_STAGE_FACTOR, 0);
+	for (size_t k = 0; k < geodesic->components.count && status == GNP_OK; k++) {
+		uint32_t anchor = geodesic->components.anchor[k];
+		added[anchor] = stiffness->diagonal[anchor] > 0 ? stiffness->diagonal[anchor] : 1;
+	}
+	if (status == GNP_OK)
+		status = factor(geodesic, added, pool, task, &geodesic->poisson, error);
+	for (size_t i = 0; i < stiffness->count && status == GNP_OK; i++)
+		added[i] = geodesic->domain.area[i] / geodesic->time;
+	if (status == GNP_OK)
+		status = factor(geodesic, added, pool, task, &geodesic->heat, error);
+	free(added);
+	return status;
+}
+
+static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
+                       struct gnp_task *task, struct gnp_geodesic *geodesic, struct gnp_error *error)
+{
+	const struct gnp_collocation_rule rule = {
+		.degree = 2, .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_X) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Y) |
+		                      GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Z)};
+	gnp_status status = gnp_domain_make(cloud, options, pool, task, &geodesic->domain, error);
+	if (status == GNP_OK)
+		status = gnp_domain_check_distinct(&geodesic->domain, error);
+	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, 0);
+	if (status == GNP_OK)
+		status = gnp_volume_stiffness(&geodesic->domain.prepared, pool, task, &geodesic->stiffness, error);
+	if (status == GNP_OK)
+		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
+	if (status == GNP_OK) {
+		gnp_equation_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
+		gnp_equation_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
+		geodesic->time = flow_time(&geodesic->domain);
+		status = make_factors(geodesic, pool, task, error);
+	}
+	gnp_task_stage(task, GNP_STAGE_DONE, 0);
+	return status;
+}
+
+gnp_status gnp_geodesic_create(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
+                               struct gnp_task *task, struct gnp_geodesic **out, struct gnp_error *error)
+{
+	struct gnp_geodesic *geodesic = gnp_array_zero(1, sizeof *geodesic);
+	if (!geodesic)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "geodesic: no memory");
+	gnp_status status = make(cloud, options, pool, task, geodesic, error);
+	if (status == GNP_OK)
+		*out = geodesic;
+	else
+		gnp_geodesic_free(geodesic);
+	return status;
+}
+
+/* A distance on its way, in curve order. */
+struct flow {
+	const struct gnp_geodesic *geodesic;
+	unsigned char *source; /* (points) */
+	unsigned char *reached; /* (components) 1: holds a source */
+	double *u;             /* (points) heat, then -sqrt(t) log of it, then the distance */
+	double *field;         /* (3, points) unit directions */
+	double *flux;          /* (points) */
+};
+
+static gnp_status mark_sources(const uint32_t *sources, size_t count, struct flow *flow, struct gnp_error *error)
+{
+	const struct gnp_geodesic *geodesic = flow->geodesic;
+	const struct gnp_prepared *prepared = &geodesic->domain.prepared;
+	size_t n = geodesic->domain.cloud_count, found = 0;
+	unsigned char *wanted = gnp_array_zero(n, 1);
+	if (!wanted)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "geodesic: no memory for %zu points", n);
+	size_t distinct = 0;
+	for (size_t s = 0; s < count; s++) {
+		distinct += !wanted[sources[s]];
+		wanted[sources[s]] = 1;
+	}
+	for (size_t i = 0; i < prepared->count; i++) {
+		flow->source[i] = wanted[prepared->order[i]];
+		found += flow->source[i];
+		if (flow->source[i] && geodesic->components.label[i] != GNP_COMPONENT_NONE)
+			flow->reached[geodesic->components.label[i]] = 1;
+	}
+	free(wanted);
+	if (found == distinct)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: the filter dropped %zu of %zu", distinct - found, distinct);
+}
+
+static bool is_reached(const struct flow *flow, size_t i)
+{
+	uint32_t label = flow->geodesic->components.label[i];
+	return label != GNP_COMPONENT_NONE && flow->reached[label];
+}
+
+static gnp_status let_heat_flow(struct flow *flow, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	const struct gnp_geodesic *geodesic = flow->geodesic;
+	size_t n = geodesic->domain.prepared.count;
+	for (size_t i = 0; i < n; i++)
+		flow->u[i] = flow->source[i];
+	gnp_status status = gnp_lu_solve(geodesic->heat, flow->u, 1, pool, task, error);
+	for (size_t i = 0; i < n && status == GNP_OK; i++)
+		flow->u[i] = is_reached(flow, i) ? -sqrt(geodesic->time) * log(fmax(flow->u[i], 1e-300)) : 0;
+	return status;
+}
+
+static gnp_status find_directions(struct flow *flow, struct gnp_pool *pool, struct gnp_error *error)
+{
+	const struct gnp_geodesic *geodesic = flow->geodesic;
+	size_t n = geodesic->domain.prepared.count;
+	for (int c = 0; c < 3; c++) {
+		struct gnp_csr matrix = gnp_collocation_view(&geodesic->gradient, GNP_DERIVATIVE_GRADIENT_X + c);
+		gnp_status status = gnp_csr_multiply(&matrix, flow->u, flow->field + (size_t)c * n, pool, NULL, error);
+		if (status != GNP_OK)
+			return status;
+	}
+	for (size_t i = 0; i < n; i++) {
+		double *x = flow->field + i, length = sqrt(x[0] * x[0] + x[n] * x[n] + x[2 * n] * x[2 * n]);
+		for (int c = 0; c < 3; c++) /* at a source all directions lead away */
+			x[(size_t)c * n] = length > 0 && !flow->source[i] ? x[(size_t)c * n] / length : 0;
+	}
+	return GNP_OK;
+}
+
+/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own direction. */
+static void sum_flux(struct flow *flow)
+{
+	const struct gnp_stiffness *stiffness = &flow->geodesic->stiffness;
+	const double *points = flow->geodesic->domain.prepared.points;
+	size_t n = stiffness->count;
+	for (size_t i = 0; i < n; i++) {
+		flow->flux[i] = 0;
+		for (size_t e = stiffness->start[i]; e < stiffness->start[i + 1]; e++) {
+			size_t j = stiffness->column[e];
+			double along = 0, square = 0;
+			for (size_t c = 0; c < 3; c++) {
+				double d = points[3 * j + c] - points[3 * i + c];
+				along += d * (flow->field[c * n + i] + flow->field[c * n + j]) / 2;
+				square += d * d;
+			}
+			if (flow->source[i] != flow->source[j])
+				along = flow->source[i] ? sqrt(square) : -sqrt(square);
+			flow->flux[i] -= stiffness->value[e] * along;
+		}
+	}
+}
+
+/* Each part's distances are zero at its sources, and nowhere less. Leaves them in flow->u, too. */
+static void write_distances(const struct flow *flow, double *distance)
+{
+	const struct gnp_geodesic *geodesic = flow->geodesic;
+	double *least = flow->field; /* no longer needed */
+	size_t n = geodesic->domain.prepared.count;
+	for (size_t k = 0; k < geodesic->components.count; k++)
+		least[k] = INFINITY;
+	for (size_t i = 0; i < n; i++)
+		if (flow->source[i] && is_reached(flow, i))
+			least[geodesic->components.label[i]] = fmin(least[geodesic->components.label[i]], flow->flux[i]);
+	for (size_t i = 0; i < geodesic->domain.cloud_count; i++)
+		distance[i] = INFINITY;
+	for (size_t i = 0; i < n; i++) {
+		flow->u[i] = INFINITY;
+		if (is_reached(flow, i))
+			flow->u[i] = flow->source[i] ? 0 : fmax(0, flow->flux[i] - least[geodesic->components.label[i]]);
+		distance[geodesic->domain.prepared.order[i]] = flow->u[i];
+	}
+}
+
+static gnp_status check_sources(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count, struct gnp_error *error)
+{
+	if (count == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: got none, need at least 1");
+	for (size_t s = 0; s < count; s++)
+		if (sources[s] >= geodesic->domain.cloud_count)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources[%zu]: got point %u, the cloud has %zu", s, sources[s],
+			                     geodesic->domain.cloud_count);
+	return GNP_OK;
+}
+
+gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count, struct gnp_pool *pool,
+                                 struct gnp_task *task, double *distance, struct gnp_error *error)
+{
+	size_t n = geodesic->domain.prepared.count;
+	gnp_status status = check_sources(geodesic, sources, count, error);
+	if (status != GNP_OK)
+		return status;
+	double *block = gnp_array_new(5 * n, sizeof *block);
+	unsigned char *marks = gnp_array_zero(n + geodesic->components.count, 1);
+	struct flow flow = {.geodesic = geodesic};
+	if (block && marks)
+		flow = (struct flow){geodesic, marks, marks + n, block, block + n, block + 4 * n};
+	else
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "geodesic: no memory for %zu points", n);
+	gnp_task_stage(task, GNP_STAGE_SOLVE, 0);
+	if (status == GNP_OK)
+		status = mark_sources(sources, count, &flow, error);
+	if (status == GNP_OK)
+		status = let_heat_flow(&flow, pool, task, error);
+	if (status == GNP_OK)
+		status = find_directions(&flow, pool, error);
+	if (status == GNP_OK) {
+		sum_flux(&flow);
+		status = gnp_lu_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
+	}
+	if (status == GNP_OK) {
+		write_distances(&flow, distance);
+		status = gnp_geodesic_check(&geodesic->domain.prepared, &geodesic->stiffness, flow.source, flow.u, pool, task, error);
+	}
+	gnp_task_stage(task, GNP_STAGE_DONE, 0);
+	free(block);
+	free(marks);
+	return status;
+}

@@ -1,0 +1,197 @@
+#include "core/flow/flow_settle.h"
+
+#include <stdlib.h>
+
+#include "core/base/check.h"
+#include "core/base/memory.h"
+#include "core/base/select.h"
+#include "core/cells/area.h"
+#include "core/cells/cell.h"
+#include "core/network/model.h"
+
+/* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
+static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
+static const double smoothing_most = 3, insertion_least = 0.9;
+static const double LARGE = 16; /* times the median: a stray point's cell */
+
+double gnp_flow_default_step(double spacing)
+{
+	return step_default * spacing * spacing;
+}
+
+size_t gnp_flow_least_points(const struct gnp_flow_options *options)
+{
+	size_t k = options->estimate.model ? options->estimate.model->recipe.k : (size_t)options->estimate.k;
+	return k > GNP_CELL_NEIGHBORS + 1 ? k : GNP_CELL_NEIGHBORS + 1;
+}
+
+static gnp_status check_length(const char *name, double value, struct gnp_error *error)
+{
+	if (isnan(value) || (value >= 0 && value <= 1e100))
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
+}
+
+static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t count, struct gnp_error *error)
+{
+	if (options->snapshot_every == 0)
+		return GNP_OK;
+	double each = (double)count * 7 * sizeof(double), most = (double)GNP_FLOW_SNAPSHOT_BYTES_MAX;
+	double taken = options->steps / options->snapshot_every + 2, bytes = each * taken;
+	if (bytes <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_TOO_LARGE, "snapshot_every: got %d, %.0f snapshots of %zu points need up to %.3g bytes, need at most %.3g: "
+	                                           "take one every %.0f steps or more",
+	                     options->snapshot_every, taken, count, bytes, most, ceil(options->steps / fmax(floor(most / each) - 2, 1)));
+}
+
+gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error)
+{
+	enum { STEPS_MAX = 1000000 };
+	gnp_status status = gnp_check_integer("scheme", options->scheme, GNP_FLOW_EXPLICIT, GNP_FLOW_CONFORMAL, error);
+	if (status == GNP_OK)
+		status = gnp_check_integer("volume", options->volume, GNP_FLOW_VOLUME_NONE, GNP_FLOW_VOLUME_PRESERVE, error);
+	if (status == GNP_OK)
+		status = gnp_check_integer("steps", options->steps, 1, STEPS_MAX, error);
+	if (status == GNP_OK)
+		status = gnp_check_integer("snapshot_every", options->snapshot_every, 0, STEPS_MAX, error);
+	if (status == GNP_OK && !isnan(options->dt))
+		status = gnp_check_above("dt", options->dt, 0, 1e200, error);
+	if (status == GNP_OK)
+		status = check_length("smoothing_radius", options->smoothing_radius, error);
+	if (status == GNP_OK)
+		status = check_length("spacing", options->spacing, error);
+	if (status == GNP_OK)
+		status = check_length("insertion", options->insertion, error);
+	if (status == GNP_OK)
+		status = gnp_check_number("tangential", options->tangential, 0, 1, error);
+	if (status == GNP_OK)
+		status = gnp_check_number("projection", options->projection, 0, 1, error);
+	if (status == GNP_OK)
+		status = gnp_check_above("singularity", options->singularity, 0, 1e6, error);
+	if (status == GNP_OK)
+		status = gnp_check_above("spacing_limit", options->spacing_limit, 1, 1e6, error);
+	return status == GNP_OK ? check_snapshots(options, cloud->count, error) : status;
+}
+
+static double settled(double value, double otherwise)
+{
+	return isnan(value) ? otherwise : value;
+}
+
+/* A sphere of this area has gone by the time area / (8 pi). */
+static gnp_status check_dt(double dt, double area, struct gnp_error *error)
+{
+	double most = area / (8 * acos(-1));
+	if (dt < most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "dt: got %g, need less than %.3g: a sphere of the cloud's area vanishes within that", dt, most);
+}
+
+static gnp_status check_smoothing(double r0, double h, struct gnp_error *error)
+{
+	if (r0 == 0 || (3 * r0 >= h / 2 && r0 <= smoothing_most * h))
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "smoothing_radius: got %g, need %.3g..%.3g (a sixth to three times the points' spacing), or 0 for none", r0, h / 6,
+	                     smoothing_most * h);
+}
+
+/* Disks of half this diameter, packed at random, cover about half the area. */
+static gnp_status check_thinning(double r1, double area, size_t least, struct gnp_error *error)
+{
+	double most = sqrt(0.7 * area / (4 * (double)least));
+	if (r1 <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "spacing: got %g, need at most %.3g, or fewer than %zu points would be left", r1, most,
+	                     4 * least);
+}
+
+static gnp_status check_insertion(double distance, double h, double r1, struct gnp_error *error)
+{
+	double least = fmax(insertion_least * h, 1.2 * r1);
+	if (distance == 0 || distance >= least)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "insertion: got %g, need at least %.3g (0.9 times the points' spacing, 1.2 times the "
+	                                                  "distance they are thinned to), or 0 for none",
+	                     distance, least);
+}
+
+static void settle_origin(const struct gnp_prepared *prepared, double origin[3])
+{
+	for (size_t c = 0; c < 3; c++) {
+		origin[c] = 0;
+		for (size_t i = 0; i < prepared->count; i++)
+			origin[c] += (prepared->points[3 * i + c] - prepared->points[c]) / (double)prepared->count;
+		origin[c] += prepared->points[c];
+	}
+}
+
+/* Insertion's default grows with a given thinning distance, which would otherwise forbid it. */
+static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule, struct gnp_flow_move *move)
+{
+	bool conformal = options->scheme == GNP_FLOW_CONFORMAL;
+	move->dt = settled(options->dt, gnp_flow_default_step(h));
+	move->thinning = conformal ? 0 : settled(options->spacing, thinning_default * h);
+	move->insertion = conformal ? 0 : settled(options->insertion, fmax(insertion_default * h, 1.5 * move->thinning));
+	rule->smoothing = settled(options->smoothing_radius, smoothing_default * h);
+	rule->tangential = conformal ? 0 : options->tangential;
+	rule->along = move->insertion > 0 || rule->tangential > 0;
+	rule->edges = options->scheme != GNP_FLOW_EXPLICIT;
+}
+
+static gnp_status check_lengths(const struct gnp_flow_options *options, const struct gnp_flow_rule *rule,
+                                const struct gnp_flow_move *move, double h, double area, struct gnp_error *error)
+{
+	gnp_status status = check_dt(move->dt, area, error);
+	if (status == GNP_OK)
+		status = check_smoothing(rule->smoothing, h, error);
+	if (status == GNP_OK)
+		status = check_thinning(move->thinning, area, gnp_flow_least_points(options), error);
+	return status == GNP_OK ? check_insertion(move->insertion, h, move->thinning, error) : status;
+}
+
+static gnp_status check_closed(const struct gnp_flow_options *options, size_t open, size_t count, struct gnp_error *error)
+{
+	if (options->volume != GNP_FLOW_VOLUME_PRESERVE || 100 * open <= count)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "volume: got preserve, need a closed surface: %zu of %zu points lie at a boundary", open,
+	                     count);
+}
+
+/* The sum of cells that are not far larger than most: a stray point's may be as large as all others. *spacing: the root of their mean. */
+static double usual_area(double *area, size_t count, double *spacing)
+{
+	double most = LARGE * gnp_median(area, count), total = 0;
+	size_t usual = 0;
+	for (size_t i = 0; i < count; i++) {
+		total += area[i] <= most ? area[i] : 0;
+		usual += area[i] <= most;
+	}
+	*spacing = sqrt(total / (double)usual);
+	return total;
+}
+
+gnp_status gnp_flow_settle(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
+                           struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
+                           struct gnp_error *error)
+{
+	size_t open = 0, count = prepared->count;
+	double total = 0, h = 0, *area = gnp_array_new(count, sizeof *area);
+	if (!area)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
+	gnp_status status = gnp_area_measure(prepared, pool, task, area, &open, error);
+	if (status == GNP_OK)
+		total = usual_area(area, count, &h);
+	free(area);
+	if (status != GNP_OK)
+		return status;
+	*rule = (struct gnp_flow_rule){.estimate = options->estimate};
+	*move = (struct gnp_flow_move){.scheme = (enum gnp_flow_scheme)options->scheme, .preserve = options->volume == GNP_FLOW_VOLUME_PRESERVE,
+	                               .projection = options->projection, .points_most = 2 * count};
+	settle_origin(prepared, rule->origin);
+	settle_lengths(options, h, rule, move);
+	*spacing = h;
+	status = check_closed(options, open, count, error);
+	return status == GNP_OK ? check_lengths(options, rule, move, h, total, error) : status;
+}

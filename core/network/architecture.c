@@ -1,0 +1,172 @@
+#include "core/network/architecture.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/fit/taylor.h"
+
+const char *gnp_trunk_name(enum gnp_trunk_kind kind)
+{
+	static const char *const names[GNP_TRUNKS] = {"edge", "separable"};
+	return (unsigned)kind < GNP_TRUNKS ? names[kind] : NULL;
+}
+
+const char *gnp_head_name(enum gnp_head_kind kind)
+{
+	static const char *const names[GNP_HEADS] = {"pooled", "projection"};
+	return (unsigned)kind < GNP_HEADS ? names[kind] : NULL;
+}
+
+size_t gnp_projection_summary(const struct gnp_architecture *architecture)
+{
+	return (size_t)architecture->shells * (1 + GNP_TAYLOR_DEGREE);
+}
+
+size_t gnp_projection_outputs(const struct gnp_architecture *architecture)
+{
+	return (size_t)architecture->shells + 1 + GNP_TAYLOR_DEGREE;
+}
+
+size_t gnp_projection_reach(const struct gnp_architecture *architecture)
+{
+	size_t last = architecture->shell[architecture->shells - 1];
+	return last + last / 6 + 8;
+}
+
+static gnp_status check_shells(const struct gnp_architecture *a, struct gnp_error *error)
+{
+	for (unsigned i = 0; i < a->shells; i++) {
+		unsigned low = i ? a->shell[i - 1] + 1 : 8;
+		if (a->shell[i] < low || a->shell[i] > 4096)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "shell %u: got %u points, need %u..4096", i, a->shell[i], low);
+	}
+	return GNP_OK;
+}
+
+static gnp_status check(const struct gnp_architecture *a, struct gnp_error *error)
+{
+	unsigned projection = a->head == GNP_HEAD_PROJECTION, outputs = (unsigned)gnp_projection_outputs(a);
+	const struct {
+		const char *name;
+		unsigned value, low, high;
+	} rows[] = {{"trunk", (unsigned)a->trunk, 0, GNP_TRUNKS - 1},
+	            {"head", (unsigned)a->head, 0, GNP_HEADS - 1},
+	            {"features", a->features, 3, 8},
+	            {"width", a->width, 4, 256},
+	            {"channels", a->channels, 1, a->width},
+	            {"neurons", a->neurons, 4, 1024},
+	            {"layers", a->layers, 1, GNP_LAYERS_MAX},
+	            {"quadrature", a->quadrature, 4, GNP_QUADRATURE_MAX},
+	            {"head_width", a->head_width, 4, 1024},
+	            {"shells", a->shells, projection, projection ? GNP_SHELLS_MAX : 0},
+	            {"outputs", a->outputs, projection ? outputs : 16, projection ? outputs : 16}};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+		if (rows[i].value < rows[i].low || rows[i].value > rows[i].high)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %u, need %u..%u", rows[i].name, rows[i].value,
+			                     rows[i].low, rows[i].high);
+	if (a->width % a->channels)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "width: got %u, need a multiple of the %u channels", a->width,
+		                     a->channels);
+	if (projection && !(a->ridge >= 1e-15 && a->ridge <= 1))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "ridge: got %g, need 1e-15..1", a->ridge);
+	if (projection && a->features < 4)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "features: got %u, the projection head's nodes have 4", a->features);
+	return check_shells(a, error);
+}
+
+static void add(struct gnp_layout *layout, size_t out, size_t in, size_t rank, const char *format, ...)
+{
+	struct gnp_parameter_row *row = &layout->row[layout->rows++];
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(row->name, sizeof row->name, format, arguments);
+	va_end(arguments);
+	row->rank = rank;
+	row->shape[0] = out;
+	row->shape[1] = in;
+	row->offset = layout->total;
+	row->count = out * in;
+	layout->total += row->count;
+}
+
+/* A linear layer. */
+static void add_linear(struct gnp_layout *layout, const char *name, size_t out, size_t in)
+{
+	add(layout, out, in, 2, "%s.weight", name);
+	add(layout, out, 1, 1, "%s.bias", name);
+}
+
+static void add_edge(const struct gnp_architecture *a, struct gnp_layout *layout)
+{
+	size_t block = a->width / a->channels;
+	char name[48];
+	add_linear(layout, "model.lift", a->width, a->features);
+	for (unsigned i = 0; i < a->layers; i++) {
+		snprintf(name, sizeof name, "model.convs.%u.nn.layers.0", i);
+		add_linear(layout, name, a->neurons, 2 * (size_t)a->features);
+		snprintf(name, sizeof name, "model.convs.%u.nn.layers.1", i);
+		add_linear(layout, name, a->channels * block * block, a->neurons);
+		snprintf(name, sizeof name, "model.mixes.%u", i);
+		add_linear(layout, name, a->width, a->width);
+	}
+	add_linear(layout, "model.proj", a->width, a->width);
+}
+
+static void add_separable(const struct gnp_architecture *a, struct gnp_layout *layout)
+{
+	size_t block = a->width / a->channels;
+	char name[48];
+	add_linear(layout, "lift", a->width, a->features);
+	for (unsigned i = 0; i < a->layers; i++) {
+		for (int kernel = 1; kernel <= 2; kernel++) {
+			const size_t sizes[4] = {a->features, a->neurons, a->neurons, a->channels * block * block};
+			for (int layer = 0; layer < 3; layer++) {
+				snprintf(name, sizeof name, "convs.%u.kernel%d.layers.%d", i, kernel, layer);
+				add_linear(layout, name, sizes[layer + 1], sizes[layer]);
+			}
+		}
+		snprintf(name, sizeof name, "convs.%u.linear", i);
+		add_linear(layout, name, a->width, a->width);
+	}
+}
+
+static void add_head(const struct gnp_architecture *a, struct gnp_layout *layout)
+{
+	if (a->head == GNP_HEAD_POOLED) {
+		const char *name = a->trunk == GNP_TRUNK_EDGE ? "mlp" : "proj";
+		char first[16], second[16];
+		snprintf(first, sizeof first, "%s.0", name);
+		snprintf(second, sizeof second, "%s.2", name);
+		add_linear(layout, first, a->head_width, a->width);
+		add_linear(layout, second, a->outputs, a->head_width);
+		return;
+	}
+	add(layout, gnp_projection_summary(a), 1, 1, "head.mean");
+	add(layout, gnp_projection_summary(a), 1, 1, "head.deviation");
+	add_linear(layout, "head.0", a->head_width, a->width + gnp_projection_summary(a));
+	add_linear(layout, "head.2", a->head_width, a->head_width);
+	add_linear(layout, "head.4", a->outputs, a->head_width);
+}
+
+gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout, struct gnp_error *error)
+{
+	gnp_status status = check(architecture, error);
+	if (status != GNP_OK)
+		return status;
+	layout->rows = layout->total = 0;
+	if (architecture->trunk == GNP_TRUNK_EDGE)
+		add_edge(architecture, layout);
+	else
+		add_separable(architecture, layout);
+	add_head(architecture, layout);
+	return GNP_OK;
+}
+
+const struct gnp_parameter_row *gnp_layout_find(const struct gnp_layout *layout, const char *name)
+{
+	for (size_t i = 0; i < layout->rows; i++)
+		if (strcmp(layout->row[i].name, name) == 0)
+			return &layout->row[i];
+	return NULL;
+}

@@ -1,0 +1,184 @@
+/* The operation `laplacian`: its descriptor, and the way from tensors to gnp_laplacian_run and back. */
+#include <stdlib.h>
+
+#include "proto/operation/operation_equation.h"
+#include "proto/operation/operation_table.h"
+
+struct options {
+	struct gnp_equation_options equation;
+	uint64_t outputs;
+};
+_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
+
+static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
+
+enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y, DIVERGENCE_Z, OUTPUTS };
+#define DERIVATIVE(name, help) {name, GNP_FP64, 1, {-4}, false, help}
+static const struct gnp_tensor_info outputs[OUTPUTS] = {
+	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false, "row i of every matrix below, that of point i, has entries row_offsets[i] to "
+	                                              "row_offsets[i + 1] - 1: none where the filter dropped the point"},
+	[COLUMNS] = {"columns", GNP_INT64, 1, {-4}, false, "the column of each entry, ascending within a row"},
+	[VALUES] = DERIVATIVE("values", "Delta of the functions whose values stand at the kept points [1/length^2]"),
+	[KEPT] = {"kept", GNP_INT64, 1, {-2}, false, "the point of each column"},
+	[VALUE] = DERIVATIVE("value", "the fitted function itself"),
+	[GRADIENT_X] = DERIVATIVE("gradient_x", "x of its gradient along the surface [1/length]"),
+	[GRADIENT_Y] = DERIVATIVE("gradient_y", "y of it"),
+	[GRADIENT_Z] = DERIVATIVE("gradient_z", "z of it"),
+	[DIVERGENCE_X] = DERIVATIVE("divergence_x", "what a field's x adds to the divergence of its tangential part [1/length]"),
+	[DIVERGENCE_Y] = DERIVATIVE("divergence_y", "its y"),
+	[DIVERGENCE_Z] = DERIVATIVE("divergence_z", "its z"),
+};
+#undef DERIVATIVE
+
+/* The core's derivative behind an output; GNP_DERIVATIVE_COUNT for those that are the sparsity. */
+static enum gnp_derivative derivative_of(int output)
+{
+	if (output == VALUES)
+		return GNP_DERIVATIVE_LAPLACIAN;
+	if (output == VALUE)
+		return GNP_DERIVATIVE_VALUE;
+	return output >= GRADIENT_X ? (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X)) : GNP_DERIVATIVE_COUNT;
+}
+
+static const struct gnp_parameter parameters[] = {
+	GNP_EQUATION_SYSTEM(struct options),
+	GNP_EQUATION_DISCRETISATION(struct options),
+	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "row_offsets,columns,values,kept", 0, 0, NULL,
+	 "comma-separated names of outputs, or all"},
+};
+
+static void defaults(void *options)
+{
+	struct options *o = options;
+	gnp_equation_defaults(&o->equation);
+	o->outputs = (UINT64_C(1) << VALUE) - 1;
+}
+
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
+{
+	return gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+}
+
+/* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
+static size_t rows(const struct gnp_call *call, int64_t extent)
+{
+	const struct gnp_equation_options *o = &((const struct options *)(const void *)call->options)->equation;
+	if (extent == -4)
+		return GNP_ROWS_OTHER; /* a stencil a row */
+	if (extent == -3)
+		return call->points + 1;
+	return !o->filter && o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
+}
+
+/* Stencils of 30 entries unless told: an index and, for each matrix, a number. */
+static size_t memory(const struct gnp_call *call)
+{
+	enum { ENTRIES = 30, INDEX = 12, NUMBER = 16 };
+	const struct options *o = (const void *)call->options;
+	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
+	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
+	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
+}
+
+static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow, const size_t *wide,
+                              struct gnp_tensors *to, struct gnp_error *error)
+{
+	struct gnp_tensor *tensor;
+	gnp_status status = gnp_tensors_add(to, info->name, GNP_INT64, 1, &count, &tensor, error);
+	for (size_t i = 0; status == GNP_OK && i < count; i++)
+		((int64_t *)tensor->data)[i] = narrow ? (int64_t)narrow[i] : (int64_t)wide[i];
+	return status;
+}
+
+static gnp_status add_matrix(const struct gnp_tensor_info *info, size_t count, double **values, struct gnp_tensors *to, struct gnp_error *error)
+{
+	gnp_status status = gnp_tensors_add_data(to, info->name, GNP_FP64, 1, &count, *values, true, NULL, error);
+	if (status == GNP_OK)
+		*values = NULL;
+	return status;
+}
+
+static gnp_status add_output(int output, struct gnp_collocation *c, struct gnp_tensors *to, struct gnp_error *error)
+{
+	size_t entries = c->row_offsets[c->rows];
+	switch (output) {
+	case ROW_OFFSETS: return add_indices(&outputs[output], c->rows + 1, NULL, c->row_offsets, to, error);
+	case COLUMNS: return add_indices(&outputs[output], entries, c->column, NULL, to, error);
+	case KEPT: return add_indices(&outputs[output], c->columns, c->kept, NULL, to, error);
+	default: return add_matrix(&outputs[output], entries, &c->value[derivative_of(output)], to, error);
+	}
+}
+
+static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct gnp_tensors *to, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++)
+		if (wanted >> output & 1)
+			status = add_output(output, c, to, error);
+	return status;
+}
+
+static gnp_status add_report(const struct gnp_collocation *c, struct gnp_domain_facts surface, const struct options *o,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
+{
+	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
+	const struct gnp_common_facts facts = gnp_equation_facts(surface);
+	gnp_status status = gnp_common_report(&facts, estimate, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "rows", (int64_t)c->rows, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "unknowns", (int64_t)c->columns, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "reduced_stencils", (int64_t)c->reduced, error);
+	return status == GNP_OK ? gnp_equation_report_end(surface, task, report, error) : status;
+}
+
+static unsigned derivatives(uint64_t wanted)
+{
+	unsigned mask = 0;
+	for (int output = 0; output < OUTPUTS; output++)
+		if (wanted >> output & 1 && derivative_of(output) != GNP_DERIVATIVE_COUNT)
+			mask |= GNP_DERIVATIVE_BIT(derivative_of(output));
+	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
+}
+
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
+{
+	struct options o = *(const struct options *)(const void *)call->options;
+	struct gnp_common_cloud input = {0};
+	struct gnp_filter_options filter;
+	struct gnp_collocation made = {0};
+	struct gnp_domain_facts surface;
+	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
+	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
+	gnp_equation_set_filter(&o.equation, &filter);
+	o.equation.core.laplacian.which = derivatives(o.outputs);
+	if (status == GNP_OK)
+		status = gnp_laplacian_run(&cloud, &o.equation.core.laplacian, pool, task, &made, &surface, error);
+	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
+	if (status == GNP_OK)
+		status = add_report(&made, surface, &o, task, &response->parameters, error);
+	if (status == GNP_OK)
+		status = add_outputs(o.outputs, &made, &response->outputs, error);
+	gnp_collocation_clear(&made);
+	gnp_common_cloud_clear(&input);
+	return status;
+}
+
+const struct gnp_operation gnp_operation_laplacian = {
+	.name = "laplacian",
+	.help = "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
+	.inputs = inputs,
+	.input_count = sizeof inputs / sizeof inputs[0],
+	.outputs = outputs,
+	.output_count = OUTPUTS,
+	.parameters = parameters,
+	.parameter_count = sizeof parameters / sizeof parameters[0],
+	.defaults = defaults,
+	.resolve = gnp_equation_resolve,
+	.check = check,
+	.memory = memory,
+	.rows = rows,
+	.run = run,
+};

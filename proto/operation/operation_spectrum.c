@@ -1,0 +1,130 @@
+/* The operation `spectrum`: its descriptor, and the way from tensors to gnp_spectrum_run and back. */
+#include "core/equations/spectrum.h"
+#include "proto/operation/operation_equation.h"
+#include "proto/operation/operation_table.h"
+
+struct options {
+	struct gnp_equation_options equation;
+	double accuracy;
+	int count;
+	uint64_t outputs;
+};
+_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
+
+static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
+
+enum output { EIGENVALUES, IMAGINARY, RESIDUAL, EIGENVECTORS, OUTPUTS };
+static const struct gnp_tensor_info outputs[OUTPUTS] = {
+	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false, "of -Delta, ascending [1/length^2]: 0 once for each component first"},
+	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true, "what the discretisation leaves beside each: a measure of its error"},
+	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
+	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false, "a column each, of unit length when points weigh by their area"},
+};
+
+static const struct gnp_parameter parameters[] = {
+	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), "10", 1, 500, NULL, "how many of the lowest"},
+	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), "1e-08", 1e-12, 0.1, NULL, "of the residuals"},
+	GNP_EQUATION_SOLVER(struct options),
+	GNP_EQUATION_DISCRETISATION(struct options),
+	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+};
+
+static void defaults(void *options)
+{
+	struct options *o = options;
+	gnp_equation_defaults(&o->equation);
+	o->count = 10;
+	o->accuracy = 1e-8;
+	o->outputs = (UINT64_C(1) << OUTPUTS) - 1;
+}
+
+static gnp_status check(struct gnp_call *call, struct gnp_error *error)
+{
+	const struct options *o = (const void *)call->options;
+	gnp_status status = gnp_spectrum_check((size_t)o->count, call->points, error);
+	return status == GNP_OK ? gnp_equation_check(call, &o->equation, 0, error) : status;
+}
+
+static size_t rows(const struct gnp_call *call, int64_t extent)
+{
+	return extent == -2 ? (size_t)((const struct options *)(const void *)call->options)->count : GNP_ROWS_OPEN;
+}
+
+/* The basis of the iteration holds a few vectors for each that is wanted. */
+static size_t memory(const struct gnp_call *call)
+{
+	enum { VECTORS = 7, BYTES = 8, SIDE = 40 };
+	const struct options *o = (const void *)call->options;
+	return gnp_equation_memory(call->points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
+}
+
+static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
+{
+	struct gnp_tensor *tensor;
+	size_t shape[] = {spectrum->points, spectrum->count};
+	gnp_status status = gnp_tensors_add(to, outputs[EIGENVECTORS].name, GNP_FP64, 2, shape, &tensor, error);
+	for (size_t i = 0; status == GNP_OK && i < spectrum->points; i++)
+		for (size_t e = 0; e < spectrum->count; e++)
+			((double *)tensor->data)[i * spectrum->count + e] = spectrum->vector[e * spectrum->points + i];
+	return status;
+}
+
+static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
+{
+	const double *columns[] = {spectrum->value, spectrum->imaginary, spectrum->residual};
+	gnp_status status = GNP_OK;
+	for (int output = EIGENVALUES; output < EIGENVECTORS && status == GNP_OK; output++)
+		if (wanted >> output & 1)
+			status = gnp_common_add_copy(to, &outputs[output], spectrum->count, columns[output], error);
+	return status == GNP_OK && (wanted >> EIGENVECTORS & 1) ? add_vectors(spectrum, to, error) : status;
+}
+
+static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct options *o, const struct gnp_task *task,
+                             struct gnp_values *report, struct gnp_error *error)
+{
+	const struct gnp_estimate_options *estimate = &o->equation.core.laplacian.domain.estimate;
+	const struct gnp_common_facts facts = gnp_equation_facts(spectrum->surface);
+	gnp_status status = gnp_common_report(&facts, estimate, report, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_integer(report, "solves", (int64_t)spectrum->solves, error);
+	return status == GNP_OK ? gnp_equation_report_end(spectrum->surface, task, report, error) : status;
+}
+
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
+{
+	struct options o = *(const struct options *)(const void *)call->options;
+	struct gnp_common_cloud input = {0};
+	struct gnp_filter_options filter;
+	struct gnp_spectrum spectrum = {0};
+	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
+	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
+	gnp_equation_set_filter(&o.equation, &filter);
+	if (status == GNP_OK)
+		status = gnp_spectrum_run(&cloud, &o.equation.core, (size_t)o.count, o.accuracy, pool, task, &spectrum, error);
+	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
+	if (status == GNP_OK)
+		status = add_report(&spectrum, &o, task, &response->parameters, error);
+	if (status == GNP_OK)
+		status = add_outputs(o.outputs, &spectrum, &response->outputs, error);
+	gnp_spectrum_clear(&spectrum);
+	gnp_common_cloud_clear(&input);
+	return status;
+}
+
+const struct gnp_operation gnp_operation_spectrum = {
+	.name = "spectrum",
+	.help = "The lowest eigenvalues and eigenvectors of -Delta on the surface of a cloud.",
+	.inputs = inputs,
+	.input_count = sizeof inputs / sizeof inputs[0],
+	.outputs = outputs,
+	.output_count = OUTPUTS,
+	.parameters = parameters,
+	.parameter_count = sizeof parameters / sizeof parameters[0],
+	.defaults = defaults,
+	.resolve = gnp_equation_resolve,
+	.check = check,
+	.memory = memory,
+	.rows = rows,
+	.run = run,
+};

@@ -1,0 +1,10 @@
+/* A job as its clients see it. */
+#ifndef GNPD_JOB_JSON_H
+#define GNPD_JOB_JSON_H
+
+#include "server/jobs/jobs.h"
+
+/* Appends {"id","operation","state",...} in one line. */
+gnp_status gnpd_job_write_json(const struct gnpd_job_view *view, struct gnp_buffer *buffer, struct gnp_error *error);
+
+#endif

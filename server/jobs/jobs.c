@@ -1,0 +1,407 @@
+#include "server/jobs/jobs.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/api/server.h"
+#include "server/base/clock.h"
+#include "server/jobs/job.h"
+
+/* ---- Records ---- */
+
+struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job)
+{
+	pthread_mutex_lock(&job->jobs->lock);
+	struct gnpd_job_record copy = job->record;
+	pthread_mutex_unlock(&job->jobs->lock);
+	return copy;
+}
+
+void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	pthread_mutex_lock(&jobs->lock);
+	if (gnpd_job_state_is_final(next->state) && next->state != job->record.state)
+		jobs->counts.ended[next->state]++;
+	if (gnpd_job_state_is_final(next->state))
+		gnpd_job_trust(job);
+	job->record = *next;
+	job->version++;
+	pthread_mutex_unlock(&jobs->lock);
+	gnpd_watchers_notify(jobs->server->watchers);
+}
+
+/* disk is held. What becomes of a run once the process was told to end is not its fault: it is no attempt. */
+static gnp_status put(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	struct gnpd_job_record record = *next;
+	pthread_mutex_lock(&jobs->lock);
+	record.cancelled = job->cancelled && !gnpd_job_state_is_final(next->state);
+	record.company = job->company && next->state == GNPD_JOB_RUNNING;
+	record.attempts -= jobs->parking && next->state == GNPD_JOB_RUNNING;
+	pthread_mutex_unlock(&jobs->lock);
+	return gnpd_job_store_put_record(&jobs->store, &record, error);
+}
+
+gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	pthread_mutex_lock(&jobs->disk);
+	gnp_status status = put(job, next, error);
+	pthread_mutex_unlock(&jobs->disk);
+	return status;
+}
+
+gnp_status gnpd_job_write_again(struct gnpd_job *job, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->disk);
+	struct gnpd_job_record record = gnpd_job_record_now(job);
+	if (!gnpd_job_state_is_final(record.state) && !job->removed)
+		status = put(job, &record, error);
+	pthread_mutex_unlock(&jobs->disk);
+	return status;
+}
+
+gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	pthread_mutex_lock(&jobs->disk);
+	gnp_status status = put(job, next, error);
+	if (status == GNP_OK)
+		gnpd_job_publish(job, next);
+	pthread_mutex_unlock(&jobs->disk);
+	return status;
+}
+
+void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *next)
+{
+	struct gnp_error error = {0};
+	if (gnpd_job_commit(job, next, &error) == GNP_OK)
+		return;
+	gnpd_log_event(&job->jobs->server->log, GNPD_LOG_ERROR, "job %s is %s, which could not be written: %s", next->id,
+	               gnpd_job_state_name(next->state), error.text);
+	gnpd_job_publish(job, next);
+}
+
+gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	size_t most = jobs->server->config->jobs_bytes;
+	gnp_status status = GNP_OK;
+	pthread_mutex_lock(&jobs->lock);
+	size_t before = job->bytes[file], others = jobs->bytes - before;
+	if (bytes > before && (others > most || bytes > most - others)) {
+		status = gnp_error_set(error, GNP_NO_SPACE, "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held (jobs-bytes)",
+		                       others, bytes, most);
+		jobs->counts.refused_bytes++;
+	} else if (!job->removed) {
+		jobs->bytes = others + bytes;
+		job->bytes[file] = bytes;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	return status;
+}
+
+gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error)
+{
+	gnp_status status = gnpd_job_store_remove(&job->jobs->store, job->record.id, file, error);
+	return status == GNP_OK ? gnpd_job_account(job, file, 0, error) : status;
+}
+
+gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	if (job->removed)
+		return GNP_OK;
+	gnp_status status = gnpd_job_store_remove(&jobs->store, job->record.id, GNPD_JOB_RECORD_FILE, error);
+	if (status != GNP_OK)
+		return status;
+	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
+		gnpd_job_store_remove(&jobs->store, job->record.id, (enum gnpd_job_file)file, NULL);
+	pthread_mutex_lock(&jobs->lock);
+	gnpd_jobs_take_out(jobs, job);
+	pthread_mutex_unlock(&jobs->lock);
+	gnpd_watchers_notify(jobs->server->watchers);
+	return GNP_OK;
+}
+
+/* ---- Results ---- */
+
+gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_view *view, int *fd, struct gnp_error *error)
+{
+	const struct gnpd_job_record *record = &view->record;
+	size_t size = 0;
+	switch (record->state) {
+	case GNPD_JOB_QUEUED:
+	case GNPD_JOB_RUNNING:
+		return gnp_error_set(error, GNP_CONFLICT, "job %s: is %s, there is no result yet; GET /v1/jobs/%s?wait=30s waits for it", record->id,
+		                     gnpd_job_state_name(record->state), record->id);
+	case GNPD_JOB_FAILED: return gnp_error_set(error, record->error, "%s", record->error_text);
+	case GNPD_JOB_CANCELLED: return gnp_error_set(error, GNP_GONE, "job %s: was cancelled and has no result", record->id);
+	case GNPD_JOB_EXPIRED:
+		return gnp_error_set(error, GNP_GONE, "job %s: its result was kept for %.15g s (jobs-ttl-seconds) and is gone", record->id,
+		                     jobs->server->config->jobs_ttl_seconds);
+	default: break;
+	}
+	*fd = gnpd_job_store_open_file(&jobs->store, record->id, GNPD_JOB_RESULT_FILE, &size);
+	if (*fd >= 0)
+		return GNP_OK;
+	return errno == ENOENT ? gnp_error_set(error, GNP_GONE, "job %s: its result is gone", record->id)
+	                       : gnpd_disk_failure(errno, "cannot open the result of", record->id, error);
+}
+
+/* ---- Deleting ---- */
+
+/* The job is the caller's. A record that cannot be written for want of room is removed, which needs none. */
+static void cancel(struct gnpd_job *job)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	struct gnpd_job_record next = gnpd_job_record_now(job);
+	struct gnp_error error = {0};
+	next.state = GNPD_JOB_CANCELLED;
+	next.finished = gnpd_clock_now();
+	if (gnpd_job_commit(job, &next, &error) != GNP_OK) {
+		pthread_mutex_lock(&jobs->disk);
+		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
+		pthread_mutex_unlock(&jobs->disk);
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s", next.id,
+		               removed ? ", and is removed" : "", error.text);
+		gnpd_job_publish(job, &next);
+	}
+	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE, NULL);
+	gnpd_job_let_go(job, GNPD_JOB_CHECKPOINT_FILE, NULL);
+}
+
+void gnpd_job_leave(struct gnpd_job *job)
+{
+	pthread_mutex_lock(&job->jobs->lock);
+	bool cancelled = job->cancelled;
+	job->parked = !cancelled;
+	pthread_mutex_unlock(&job->jobs->lock);
+	if (cancelled)
+		cancel(job);
+}
+
+/* Whether the job was nobody's and is the caller's now; else, when it is not over (*final), its runner is told to end it. */
+static bool claim(struct gnpd_jobs *jobs, struct gnpd_job *job, bool *final)
+{
+	*final = false;
+	if (gnpd_queue_remove(jobs->queue, &job->queued)) {
+		gnpd_job_release(job); /* the runner's */
+		return true;
+	}
+	pthread_mutex_lock(&jobs->lock);
+	bool parked = job->parked;
+	job->parked = false;
+	*final = gnpd_job_state_is_final(job->record.state);
+	job->cancelled = !*final;
+	if (job->cancelled && job->work)
+		gnp_task_cancel(&job->work->task);
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
+	return parked;
+}
+
+/* So that the job does not run again should the process not live to see its end. The wish holds when it cannot be written, too. */
+static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
+{
+	struct gnp_error error = {0};
+	if (gnpd_job_write_again(job, &error) != GNP_OK)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s",
+		               gnpd_job_record_now(job).id, error.text);
+}
+
+gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error)
+{
+	bool final;
+	if (claim(jobs, job, &final)) {
+		cancel(job);
+		*what = GNPD_JOB_WAS_CANCELLED;
+		return GNP_OK;
+	}
+	*what = final ? GNPD_JOB_WAS_REMOVED : GNPD_JOB_IS_BEING_CANCELLED;
+	if (!final) {
+		note_wish(jobs, job);
+		return GNP_OK;
+	}
+	pthread_mutex_lock(&jobs->disk);
+	gnp_status status = gnpd_job_remove(job, error);
+	pthread_mutex_unlock(&jobs->disk);
+	return status;
+}
+
+/* ---- Life ---- */
+
+/* Of the queue that others give bytes back to. */
+static void tell_of_bytes(void *context)
+{
+	struct gnpd_jobs *jobs = context;
+	if (atomic_load(&jobs->patient) == 0)
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
+}
+
+void gnpd_jobs_changed(struct gnpd_jobs *jobs)
+{
+	jobs->changes++;
+	pthread_cond_broadcast(&jobs->change);
+}
+
+void gnpd_job_trust(struct gnpd_job *job)
+{
+	struct gnpd_jobs *jobs = job->jobs;
+	if (!job->suspect)
+		return;
+	job->suspect = false;
+	jobs->suspects--;
+	if (jobs->alone == job) {
+		jobs->alone = NULL;
+		atomic_store(&jobs->has_alone, false);
+	}
+	gnpd_jobs_changed(jobs);
+}
+
+gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, struct gnp_error *error)
+{
+	const struct gnpd_config *config = server->config;
+	struct gnpd_jobs *jobs = calloc(1, sizeof *jobs);
+	if (!jobs)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
+	jobs->server = server;
+	gnpd_clock_init(&jobs->wake);
+	pthread_cond_init(&jobs->change, NULL);
+	pthread_mutex_init(&jobs->disk, NULL);
+	pthread_mutex_init(&jobs->lock, NULL);
+	gnpd_queue_tell(server->queue, tell_of_bytes, jobs);
+	gnp_status status = gnpd_job_store_open(config->jobs_dir, &jobs->store, error);
+	if (status == GNP_OK)
+		status = gnpd_jobs_recover(jobs, error);
+	if (status != GNP_OK) {
+		gnpd_jobs_free(jobs);
+		return status;
+	}
+	*out = jobs;
+	return GNP_OK;
+}
+
+void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
+{
+	if (!atomic_load(&jobs->has_alone))
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	struct gnpd_job *job = jobs->alone && !jobs->alone->company ? jobs->alone : NULL;
+	if (job) {
+		job->company = true;
+		job->references++;
+	}
+	pthread_mutex_unlock(&jobs->lock);
+	if (!job)
+		return;
+	struct gnp_error error = {0};
+	if (gnpd_job_write_again(job, &error) != GNP_OK)
+		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s",
+		               gnpd_job_record_now(job).id, error.text);
+	gnpd_job_release(job);
+}
+
+/* What an earlier process left, in the order it came. */
+static void enqueue_left(struct gnpd_jobs *jobs, bool suspects)
+{
+	for (size_t i = 0; i < jobs->count; i++) {
+		struct gnpd_job *job = jobs->items[i];
+		if (!gnpd_job_state_is_final(job->record.state) && job->suspect == suspects)
+			gnpd_job_enqueue(job);
+	}
+}
+
+gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error)
+{
+	jobs->opening = true;
+	gnp_status status = gnpd_queue_create(jobs->server->config->job_runners, SIZE_MAX, 1, &jobs->queue, error);
+	if (status != GNP_OK)
+		return status;
+	enqueue_left(jobs, true);
+	enqueue_left(jobs, false);
+	pthread_mutex_lock(&jobs->lock);
+	jobs->opening = false;
+	gnpd_jobs_changed(jobs);
+	pthread_mutex_unlock(&jobs->lock);
+	int fault = pthread_create(&jobs->clerk, NULL, gnpd_job_clerk, jobs);
+	if (fault)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no thread: %s", strerror(fault));
+	jobs->clerk_runs = true;
+	return GNP_OK;
+}
+
+void gnpd_job_enqueue(struct gnpd_job *job)
+{
+	gnpd_job_retain(job);
+	if (gnpd_queue_submit(job->jobs->queue, &job->queued, NULL) == GNP_OK)
+		return;
+	gnpd_job_leave(job);
+	gnpd_job_release(job);
+}
+
+void gnpd_jobs_park(struct gnpd_jobs *jobs)
+{
+	if (!jobs)
+		return;
+	if (jobs->queue)
+		gnpd_queue_close(jobs->queue);
+	pthread_mutex_lock(&jobs->lock);
+	jobs->parking = true;
+	for (size_t i = 0; i < jobs->count; i++)
+		if (jobs->items[i]->work)
+			gnp_task_stop(&jobs->items[i]->work->task, GNP_DRAINING);
+	gnpd_jobs_changed(jobs);
+	pthread_cond_signal(&jobs->wake);
+	pthread_mutex_unlock(&jobs->lock);
+}
+
+static void stop_clerk(struct gnpd_jobs *jobs)
+{
+	if (!jobs->clerk_runs)
+		return;
+	pthread_mutex_lock(&jobs->lock);
+	jobs->stopping = true;
+	pthread_cond_signal(&jobs->wake);
+	pthread_mutex_unlock(&jobs->lock);
+	pthread_join(jobs->clerk, NULL);
+}
+
+void gnpd_jobs_free(struct gnpd_jobs *jobs)
+{
+	if (!jobs)
+		return;
+	gnpd_jobs_park(jobs);
+	gnpd_queue_free(jobs->queue);
+	stop_clerk(jobs);
+	gnpd_queue_tell(jobs->server->queue, NULL, NULL);
+	for (size_t i = 0; i < jobs->count; i++)
+		gnpd_job_free(jobs->items[i]);
+	free(jobs->items);
+	gnpd_job_store_close(&jobs->store);
+	pthread_cond_destroy(&jobs->wake);
+	pthread_cond_destroy(&jobs->change);
+	pthread_mutex_destroy(&jobs->lock);
+	pthread_mutex_destroy(&jobs->disk);
+	free(jobs);
+}
+
+struct gnpd_server *gnpd_jobs_server(struct gnpd_jobs *jobs)
+{
+	return jobs->server;
+}
+
+size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs)
+{
+	const struct gnpd_config *config = jobs->server->config;
+	size_t share = config->queue_bytes - config->queue_bytes / 4;
+	return config->jobs_memory_bytes ? config->jobs_memory_bytes : share;
+}

@@ -1,0 +1,279 @@
+/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1, and solutions of the Laplace-Beltrami PDE by its Table 2, and prints them beside what the paper printed. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clients/file_io.h"
+#include "clients/options.h"
+#include "clients/program.h"
+#include "clients/session.h"
+#include "core/base/names.h"
+#include "weights/validate/pde_table.h"
+#include "weights/validate/validation.h"
+
+static const struct gnp_option options[] = {
+	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
+	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
+	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown)"},
+	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
+	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
+	{"families", 0, "LIST", "some of radial, toroidal"},
+	{"regimes", 0, "LIST", "some of clean-30, clean-50, outlier-50, noise-70"},
+	{"shapes", 0, "N", "shapes a family"},
+	{"centres", 0, "N", "centres a cloud"},
+	{"points", 0, "N", "points a cloud (100000)"},
+	{"workers", 0, "N", "threads (as many as there are cores)"},
+	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
+	{"markdown", 0, "FILE", "write the table as Markdown"},
+	{"help", 0, NULL, "this text"},
+};
+enum { OPTIONS = sizeof options / sizeof options[0] };
+
+/* The i-th word an option's list may hold; NULL past the last. */
+typedef const char *(*name_fn)(unsigned i);
+
+static const char *family_name(unsigned i)
+{
+	return gnp_family_name((enum gnp_family)i);
+}
+
+static const char *regime_name(unsigned i)
+{
+	const struct gnp_regime_info *info = gnp_regime_info((enum gnp_regime)i);
+	return info ? info->name : NULL;
+}
+
+static const char *contender_name(unsigned i)
+{
+	const struct gnp_contender_info *info = gnp_contender_info((enum gnp_contender)i);
+	return info ? info->name : NULL;
+}
+
+static gnp_status unknown_word(const char *option, const char *word, size_t length, name_fn name, struct gnp_error *error)
+{
+	struct gnp_names known;
+	gnp_names_begin(&known, word, length);
+	for (unsigned i = 0; name(i); i++)
+		gnp_names_add(&known, name(i));
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%.*s', need some of %s", option, length < 40 ? (int)length : 40, word,
+	                     gnp_names_end(&known));
+}
+
+/* Sets *mask to the words of a list; leaves it when the option was not given. */
+static gnp_status parse_list(const struct gnp_arguments *arguments, const char *option, name_fn name, unsigned *mask,
+                             struct gnp_error *error)
+{
+	const char *word = gnp_arguments_get(arguments, option, NULL);
+	unsigned chosen = 0;
+	while (word) {
+		size_t length = strcspn(word, ",");
+		unsigned i = 0;
+		while (name(i) && !(strlen(name(i)) == length && memcmp(name(i), word, length) == 0))
+			i++;
+		if (!name(i))
+			return unknown_word(option, word, length, name, error);
+		chosen |= 1u << i;
+		word = word[length] ? word + length + 1 : NULL;
+	}
+	*mask = chosen ? chosen : *mask;
+	return GNP_OK;
+}
+
+struct plan {
+	struct gnp_protocol protocol;
+	struct gnp_selection selection;
+	bool named; /* the contenders were: all of them are needed */
+	uint64_t workers;
+};
+
+static const unsigned QUICK_CONTENDERS = 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_GMLS | 1u << GNP_CONTENDER_ADAPTIVE;
+
+static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	uint64_t table = 1, shapes = plan->protocol.shapes, centres = plan->protocol.centres, points = plan->protocol.points;
+	const struct {
+		const char *name;
+		uint64_t least, most, *value;
+	} sizes[] = {{"table", 1, 2, &table},
+	             {"shapes", 1, 10000, &shapes},
+	             {"centres", 1, 1000000, &centres},
+	             {"points", 1000, 10000000, &points},
+	             {"workers", 1, 1024, &plan->workers}};
+	for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+		gnp_status status = gnp_arguments_integer(arguments, sizes[i].name, sizes[i].least, sizes[i].most, sizes[i].value, error);
+		if (status != GNP_OK)
+			return status;
+	}
+	plan->protocol = (struct gnp_protocol){.points = points, .shapes = shapes, .centres = centres};
+	return GNP_OK;
+}
+
+static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
+{
+	bool quick = gnp_arguments_has(arguments, "quick");
+	if (quick && gnp_arguments_has(arguments, "full"))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--quick: given with --full, need one of them");
+	unsigned contenders = quick ? QUICK_CONTENDERS : (1u << GNP_CONTENDERS) - 1;
+	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(),
+	                      gnp_arguments_has(arguments, "estimators"), 0};
+	gnp_status status = parse_sizes(arguments, plan, error);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "estimators", contender_name, &contenders, error);
+	gnp_selection_take(&plan->selection, contenders);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "families", family_name, &plan->selection.families, error);
+	if (status == GNP_OK)
+		status = parse_list(arguments, "regimes", regime_name, &plan->selection.regimes, error);
+	return status;
+}
+
+static gnp_status run_plan(const struct plan *plan, struct gnp_table *table, struct gnp_error *error)
+{
+	struct gnp_session session;
+	gnp_status status = gnp_session_open(&session, (unsigned)plan->workers, error);
+	if (status != GNP_OK)
+		return status;
+	atomic_store(&session.progress.phase, "validate");
+	status = gnp_validation_run(table, session.pool, &session.task, error);
+	gnp_session_close(&session);
+	return status;
+}
+
+/* A table of either kind as a file. */
+typedef void (*write_fn)(const void *table, FILE *out);
+
+static void write_json(const void *table, FILE *out)
+{
+	gnp_table_write_json(table, out);
+}
+
+static void write_markdown(const void *table, FILE *out)
+{
+	gnp_table_write_markdown(table, out);
+}
+
+static void write_pde_markdown(const void *table, FILE *out)
+{
+	gnp_pde_table_write_markdown(table, out);
+}
+
+/* Writes the table to the file an option names, if it was given. */
+static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write, const void *table, struct gnp_error *error)
+{
+	const char *path = gnp_arguments_get(arguments, option, NULL);
+	char *data = NULL;
+	size_t size = 0;
+	if (!path)
+		return GNP_OK;
+	FILE *out = open_memstream(&data, &size);
+	if (out)
+		write(table, out);
+	bool whole = out && !ferror(out);
+	if (out)
+		whole = fclose(out) == 0 && whole;
+	gnp_status status = whole ? gnp_file_write(path, data, size, error)
+	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for the table", path);
+	free(data);
+	return status;
+}
+
+/* Says what is not judged for want of weights, which is left out unless it was named. */
+static void restrict_plan(struct plan *plan, const struct gnp_models *models)
+{
+	struct gnp_selection wanted = plan->selection;
+	struct gnp_row row;
+	if (plan->named)
+		return;
+	gnp_selection_restrict(&plan->selection, models);
+	wanted.families &= ~(wanted.families - 1); /* weights serve all families alike */
+	for (bool more = gnp_selection_next(&wanted, NULL, &row); more; more = gnp_selection_next(&wanted, &row, &row))
+		if (!gnp_selection_has(&plan->selection, &row))
+			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s\"\n", contender_name(row.contender),
+			        regime_name(row.regime), gnp_regime_info(row.regime)->weights, gnp_contender_info(row.contender)->suffix);
+}
+
+/* The table for a plan, still empty. */
+static gnp_status open_table(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_table *table,
+                             struct gnp_error *error)
+{
+	struct gnp_models *models;
+	gnp_status status = gnp_models_load(gnp_arguments_get(arguments, "weights-dir", NULL), &models, error);
+	if (status != GNP_OK)
+		return status;
+	restrict_plan(plan, models);
+	status = gnp_table_create(&plan->protocol, &plan->selection, models, table, error);
+	gnp_models_release(models);
+	return status;
+}
+
+/* ---- Table 2 ---- */
+
+static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct gnp_pde_plan *plan, uint64_t *workers, struct gnp_error *error)
+{
+	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json"};
+	*plan = gnp_arguments_has(arguments, "quick") ? gnp_pde_plan_quick() : gnp_pde_plan_full();
+	uint64_t points = plan->points;
+	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+		if (gnp_arguments_has(arguments, other[i]))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table 1", other[i]);
+	gnp_status status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
+	plan->points = points;
+	return status == GNP_OK ? parse_list(arguments, "regimes", regime_name, &plan->regimes, error) : status;
+}
+
+static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct gnp_pde_plan plan;
+	struct gnp_pde_table table;
+	struct gnp_models *models = NULL;
+	struct gnp_session session;
+	uint64_t workers = 0;
+	if (parse_pde_plan(arguments, &plan, &workers, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = gnp_models_load(gnp_arguments_get(arguments, "weights-dir", NULL), &models, error);
+	if (status == GNP_OK)
+		status = gnp_session_open(&session, (unsigned)workers, error);
+	if (status == GNP_OK) {
+		atomic_store(&session.progress.phase, "validate");
+		status = gnp_pde_table_run(&plan, models, session.pool, &session.task, stderr, &table, error);
+		gnp_session_close(&session);
+	}
+	gnp_models_release(models);
+	if (status == GNP_OK)
+		gnp_pde_table_write_text(&table, stdout);
+	if (status == GNP_OK)
+		status = save(arguments, "markdown", write_pde_markdown, &table, error);
+	return gnp_exit_of(status, false);
+}
+
+static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "2") == 0)
+		return validate_pde(arguments, error);
+	struct plan plan;
+	struct gnp_table table;
+	if (parse_plan(arguments, &plan, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = open_table(arguments, &plan, &table, error);
+	if (status != GNP_OK)
+		return gnp_exit_of(status, false);
+	status = run_plan(&plan, &table, error);
+	if (status == GNP_OK)
+		gnp_table_write_text(&table, stdout);
+	if (status == GNP_OK)
+		status = save(arguments, "json", write_json, &table, error);
+	if (status == GNP_OK)
+		status = save(arguments, "markdown", write_markdown, &table, error);
+	gnp_table_clear(&table);
+	if (status == GNP_OK && fflush(stdout) != 0)
+		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");
+	return gnp_exit_of(status, false);
+}
+
+int main(int argc, char **argv)
+{
+	static const struct gnp_program program = {"gnp-validate", "judges the estimators by the paper's Table 1", options, OPTIONS, validate};
+	return gnp_program_main(&program, argc, argv);
+}
