@@ -25,6 +25,7 @@ TARGET  ?= $(FUZZERS)
 CC      ?= cc
 SAN     ?=
 SEED    ?= 1
+TEST    ?=
 
 # Everything is built in OUT: what a sanitizer makes gets a folder of its own.
 comma := ,
@@ -55,12 +56,13 @@ PROTO  := $(call sources,proto)
 SERVER := $(filter-out $(MAINS),$(call sources,server))
 CLIENT := $(filter-out $(MAINS),$(call sources,clients))
 WEIGHTS := $(filter-out $(MAINS),$(call sources,weights))
-UNIT   := $(wildcard tests/test_*.c)
+UNIT   := $(wildcard tests/unit/*/test_*.c tests/unit/*/*/test_*.c)
 FUZZERS := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
 object  = $(patsubst %.c,$(OUT)/%.o,$(1))
 
 PROGRAMS := $(OUT)/gnpd $(OUT)/gnp $(OUT)/gnp-validate $(OUT)/gnp-train
-TESTS    := $(patsubst tests/%.c,$(OUT)/tests/%,$(UNIT))
+TESTS    := $(patsubst %.c,$(OUT)/%,$(UNIT))
+CHOSEN   := $(if $(TEST),$(foreach t,$(TEST),$(or $(filter %/test_$(t),$(TESTS)),$(error TEST: no unit test is named $(t)))),$(TESTS))
 REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 
 .DEFAULT_GOAL := all
@@ -116,7 +118,7 @@ $(OUT)/gnp-train: $(OUT)/weights/train/gnp-train.o $(LIB_WEIGHTS)
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
-$(OUT)/tests/test_exhaustion: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup strndup)
+$(OUT)/tests/unit/server/test_exhaustion: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup strndup)
 # gnpd, but that some clouds are its end: what tests of its restarts need, and nothing that is installed holds.
 $(OUT)/tests/dying_gnpd: $(OUT)/server/gnpd.o $(OUT)/tests/dying_work.o $(LIB_SERVER)
 	$(LINK) $(addprefix -Wl$(comma)--wrap=,gnpd_work_finish gnpd_work_run) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
@@ -132,8 +134,8 @@ $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 	@mkdir -p $(@D)
 	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
 
-unit: $(TESTS) ## build and run the unit tests
-	tests/run-unit $(TESTS)
+unit: $(CHOSEN) ## build and run the unit tests; TEST="order orient": these alone
+	tests/unit/run-unit $(CHOSEN)
 
 test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd $(OUT)/tests/property/property ## build and run everything; the last line is the count
 	tests/run-all $(OUT)
@@ -164,9 +166,9 @@ check: ## the rules of the house that a compiler does not know
 openapi: $(OUT)/tests/write_openapi ## write proto/openapi.yaml from the operation table
 	$< > proto/openapi.yaml
 
-bench: all $(OUT)/tests/bench ## time the core and HTTP; writes bench.json and bench_http.json in the build folder
-	$(OUT)/tests/bench $(OUT)/bench.json
-	GNPD=$(OUT)/gnpd tests/bench_http $(OUT)/bench_http.json
+bench: all $(OUT)/tests/bench/bench ## time the core and HTTP; writes bench.json and bench_http.json in the build folder
+	$(OUT)/tests/bench/bench $(OUT)/bench.json
+	GNPD=$(OUT)/gnpd tests/bench/bench_http $(OUT)/bench_http.json
 
 validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
 	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
@@ -209,5 +211,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests,$(call sources,$(top))))
+-include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests tests/unit,$(call sources,$(top))))
 endif

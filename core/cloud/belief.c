@@ -20,7 +20,7 @@ enum { EVERY = 50, SAMPLES_LEAST = 40, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 8
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
 
 /* Limits, the shares in per cent of the points looked at. Smooth shapes that their points resolve stay below each, and clouds that pass one have
- * answers that are far off; tests/test_belief.c holds both. */
+ * answers that are far off; tests/unit/core/cloud/test_belief.c holds both. */
 static const double STEP_MOST = 0.5;                          /* of the spacing */
 static const double LINE = 0.01, IN_ROWS_MOST = 3;            /* second variance of the FEW nearest over the first */
 static const double TURN = 45, TURNED_MOST = 20;              /* degrees, within the NEAR nearest */

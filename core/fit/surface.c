@@ -172,7 +172,7 @@ static void jet_covariance(const struct gnp_surface *surface, double u, double v
 	gnp_taylor_jets(surface->basis.degree, u, v, GNP_TAYLOR_STRIDE, rows);
 	gnp_regression_covariance(surface->factor, rows, covariance);
 	/* The posterior takes its prior for certain. It is itself an estimate, and second derivatives feel it most: with this
-	 * factor, on noisy shapes of known geometry, nine tenths or more of the true errors lie within two standard errors (tests/test_adaptive.c). */
+	 * factor, on noisy shapes of known geometry, nine tenths or more of the true errors lie within two standard errors (tests/unit/core/estimate/test_adaptive.c). */
 	static const double prior_doubt = 1.1;
 	double value = surface->scale_w, first = value / surface->scale_xy, second = prior_doubt * first / surface->scale_xy;
 	const double unit[6] = {value, first, first, second, second, second};
