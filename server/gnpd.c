@@ -104,7 +104,7 @@ static void give_sign(struct gnpd_server *server)
 	if (!gnpd_notify_due(server->notify, gnp_clock()))
 		return;
 	struct gnpd_queue_state state = gnpd_queue_state(server->queue);
-	if (gnpd_reaper_silence(server->reaper) < silence_max)
+	if (gnpd_connections_silence(server->connections) < silence_max)
 		gnpd_notify_alive(server->notify);
 	const char *phase = atomic_load(&server->draining) ? "draining" : atomic_load(&server->leaving) ? "not ready" : "ready";
 	gnpd_notify_status(server->notify, "%s: %zu running, %zu waiting", phase, state.running, state.waiting);
@@ -179,7 +179,7 @@ static void drain(struct gnpd_server *server)
 	if (wait_drained(server, server->config->drain_seconds))
 		return;
 	gnpd_log_event(&server->log, GNPD_LOG_WARNING, "cancelling %zu requests", atomic_load(&server->active));
-	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
+	gnpd_connections_stop_all(server->connections, GNP_DRAINING);
 	wait_drained(server, LAST_WORDS);
 }
 
@@ -196,10 +196,10 @@ static void end_work(struct gnpd_server *server)
 {
 	double until = gnp_clock() + end_seconds(server->config);
 	gnpd_queue_close(server->queue);
-	gnpd_queue_close(server->desk);
+	gnpd_queue_close(server->disk_queue);
 	gnpd_jobs_park(server->jobs);
 	gnpd_watchers_end(server->watchers);
-	gnpd_reaper_stop_all(server->reaper, GNP_DRAINING);
+	gnpd_connections_stop_all(server->connections, GNP_DRAINING);
 	for (;;) {
 		struct gnpd_jobs_counts jobs = {0};
 		size_t requests = atomic_load(&server->suspended);
@@ -250,11 +250,11 @@ static gnp_status load_secrets(struct gnpd_server *server, struct gnp_error *err
 	return status;
 }
 
-/* Requests at the desk are bounded by the connections and by queue-bytes. */
+/* Requests that wait for the disk are limited by the number of connections and by queue-bytes. */
 static gnp_status start_jobs(struct gnpd_server *server, struct gnp_error *error)
 {
-	enum { CLERKS = 2 };
-	gnp_status status = gnpd_queue_create(CLERKS, server->config->max_connections, 1, &server->desk, error);
+	enum { DISK_THREADS = 2 };
+	gnp_status status = gnpd_queue_create(DISK_THREADS, server->config->max_connections, 1, &server->disk_queue, error);
 	if (status == GNP_OK)
 		status = gnpd_watchers_create(server, &server->watchers, error);
 	return status == GNP_OK ? gnpd_jobs_create(server, &server->jobs, error) : status;
@@ -289,14 +289,14 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = start_jobs(&server, error);
 	if (status == GNP_OK)
-		status = gnpd_reaper_create(&server, &server.reaper, error);
+		status = gnpd_connections_create(&server, &server.connections, error);
 	if (status == GNP_OK)
 		status = gnpd_reloader_create(&server, &server.reloader, error);
 	if (status == GNP_OK)
 		status = serve(&server, &inherited, error);
 	gnpd_reloader_free(server.reloader);
-	gnpd_reaper_free(server.reaper);
-	gnpd_queue_free(server.desk);
+	gnpd_connections_free(server.connections);
+	gnpd_queue_free(server.disk_queue);
 	gnpd_jobs_free(server.jobs);
 	gnpd_watchers_free(server.watchers);
 	gnpd_queue_free(server.queue);

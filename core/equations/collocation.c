@@ -130,7 +130,7 @@ static void write_row(struct work *work, size_t centre, const struct row *row)
 			out->value[d][at + j] = entry((enum gnp_derivative)d, row, j, work->prepared->normals + 3 * (size_t)row->point[j]);
 }
 
-/* Where even the lowest degree is not determined (strays, points on a line): the value is the others' mean, the Laplacian that of the
+/* Where even the lowest degree is not determined (isolated points, points on a line): the value is the others' mean, the Laplacian that of the
  * graph, first derivatives are none. The system stays regular, and nobody else is any the worse. A centre that carries no unknown has the others'
  * mean for its value and thus no Laplacian. */
 static void fall_back(size_t centre, struct row *row)

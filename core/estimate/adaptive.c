@@ -311,7 +311,7 @@ static gnp_status prepare_state(struct state *state, const struct gnp_fit_cloud 
 	gnp_status status = gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task,
 	                                      state->outlier, error);
 	if (status == GNP_OK)
-		status = gnp_sheets_settle(cloud, state->outlier, pool, task, state->normals, error);
+		status = gnp_sheets_normals(cloud, state->outlier, pool, task, state->normals, error);
 	if (status == GNP_OK)
 		status = gnp_cover_greedy(cloud->neighbors, cloud->points, cloud->count,
 		                          &(struct gnp_cover_rule){.fixed = SERVED < cloud->count ? SERVED : cloud->count}, pool, task,

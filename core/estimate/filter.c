@@ -8,7 +8,7 @@
 #include "core/base/memory.h"
 #include "core/base/vector.h"
 #include "core/cells/area.h"
-#include "core/cloud/strays.h"
+#include "core/cloud/isolated.h"
 #include "core/estimate/outliers.h"
 #include "core/network/model.h"
 
@@ -93,21 +93,21 @@ static gnp_status drop_strays(struct run *run, const struct gnp_prepared *prepar
 {
 	struct gnp_filter *r = &run->result;
 	size_t count = r->count;
-	unsigned char *stray = gnp_array_new(count, 1), *keep = gnp_array_new(count, 1);
+	unsigned char *isolated = gnp_array_new(count, 1), *keep = gnp_array_new(count, 1);
 	double *away = gnp_array_new(count, sizeof *away);
-	gnp_status status = stray && keep && away ? GNP_OK : gnp_no_memory("filter", count, "points", error);
+	gnp_status status = isolated && keep && away ? GNP_OK : gnp_no_memory("filter", count, "points", error);
 	gnp_task_stage(run->task, GNP_STAGE_FILTER, 2 * count);
 	if (status == GNP_OK)
-		status = gnp_strays_find(prepared, run->options->gross, (size_t)run->options->cluster, run->pool, run->task, stray, away,
+		status = gnp_isolated_find(prepared, run->options->gross, (size_t)run->options->cluster, run->pool, run->task, isolated, away,
 		                         &r->dropped_gross, error);
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
 		size_t row = prepared->order[i];
-		keep[row] = r->keep[row] = !stray[i];
+		keep[row] = r->keep[row] = !isolated[i];
 		r->deviation[row] = away[i];
 	}
 	if (status == GNP_OK)
 		compact(run, keep);
-	free(stray);
+	free(isolated);
 	free(keep);
 	free(away);
 	return status == GNP_OK ? check_left(run, "the pre-filter for gross outliers", error) : status;
@@ -380,7 +380,7 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
 
 size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options)
 {
-	/* the result; the cloud made ready, strays' neighbours; areas and a copy of the points when projecting */
+	/* the result; the cloud made ready, the neighbours of isolated points; areas and a copy of the points when projecting */
 	enum { RESULT = 62, READY = 160, STRAYS = 17 * 4 + 26, PROJECTED = 32 };
 	struct gnp_estimate_options estimate = options->estimate;
 	estimate.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);

@@ -3,9 +3,9 @@
  * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in the patch's
  * scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted surface.
  *
- * A stray point's own normal may be anything; where it turns from all its neighbours', its patch is made of it alone and it deviates
+ * An isolated point's own normal may be anything; where it turns from all its neighbours', its patch is made of it alone and it deviates
  * from nothing: consensus, which asks the patches of others, finds it. A point far from all others has a patch of its own, made of it and a piece of surface far away, which fits it: such points, and small
- * clusters of them, are found before by their distances (strays.h). Points displaced along the surface still lie on it and are kept; at an
+ * clusters of them, are found before by their distances (isolated.h). Points displaced along the surface still lie on it and are kept; at an
  * open boundary they widen it. A cluster with as many points as `cluster` is taken for a surface. */
 #ifndef GNP_CORE_FILTER_H
 #define GNP_CORE_FILTER_H
@@ -19,7 +19,7 @@ struct gnp_filter_options {
 	struct gnp_estimate_options estimate; /* which surfaces; its quantities are ignored */
 	double alpha;      /* > 0: the largest deviation that is kept */
 	bool consensus;    /* also drop what does not lie on the surface its neighbours agree on (outliers.h), however little it is off */
-	double gross;      /* 0: no pre-filter (strays.h); else >= 1: points are linked that are this many local spacings apart or less ... */
+	double gross;      /* 0: no pre-filter (isolated.h); else >= 1: points are linked that are this many local spacings apart or less ... */
 	int cluster;       /* ... and what hangs together in fewer points than this is dropped first; 1..1e6 */
 	bool project;      /* move kept points onto the surface along the patch's normal */
 	int iterations;    /* of projection, at most; 1..100 */
@@ -38,7 +38,7 @@ struct gnp_filter {
 	size_t count, kept;      /* n, m */
 	unsigned char *keep;     /* (n) 0 or 1 */
 	double *deviation;       /* (n) in scaled heights, finite. Of points the pre-filter dropped: the distance to the nearest point it
-	                            left, in local spacings (strays.h) */
+	                            left, in local spacings (isolated.h) */
 	uint32_t *index;         /* (m) ascending: the cloud's index of each kept point */
 	double *points;          /* (m, 3) [length] */
 	double *normals;         /* (m, 3) outward unit normals of the fitted surface */

@@ -129,7 +129,7 @@ static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud
 		status = find_outliers(cloud, pool, task, state, error);
 	if (options->outliers == GNP_OUTLIERS_KEPT)
 		keep_outliers(state);
-	return status == GNP_OK ? gnp_sheets_settle(cloud, state->outlier, pool, task, state->normals, error) : status;
+	return status == GNP_OK ? gnp_sheets_normals(cloud, state->outlier, pool, task, state->normals, error) : status;
 }
 
 gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
@@ -215,7 +215,7 @@ static size_t usable(const void *context, const struct gnp_patch *patch, size_t 
 static gnp_status fit_batch(const struct state *state, const struct gnp_patch *patches, size_t count, double *coefficients,
                             struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct gnp_operator *network = state->model->network;
+	const struct gnp_network *network = state->model->network;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
 	struct gnp_projected projected;
 	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected, scratch, error);
@@ -248,7 +248,7 @@ static gnp_status fit_projection(const struct state *state, const struct gnp_pat
 	return status;
 }
 
-static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct gnp_operator_batch *batch,
+static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct gnp_network_batch *batch,
                           struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start), *inner = gnp_scratch_take(scratch, count, sizeof *inner);
@@ -269,7 +269,7 @@ static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct 
 			node[2] = (float)patch->w[i];
 		}
 	}
-	*batch = (struct gnp_operator_batch){count, start, inner, nodes};
+	*batch = (struct gnp_network_batch){count, start, inner, nodes};
 	return GNP_OK;
 }
 
@@ -287,11 +287,11 @@ static gnp_status fit_pooled(const struct state *state, const struct gnp_patch *
                              struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	static const struct gnp_basis legendre = {GNP_BASIS_TENSOR, 3};
-	const struct gnp_operator *network = state->model->network;
+	const struct gnp_network *network = state->model->network;
 	size_t size = network->architecture.outputs;
 	double *coefficients = gnp_scratch_take(scratch, count * size, sizeof *coefficients);
 	float *outputs = gnp_scratch_take(scratch, count * size, sizeof *outputs);
-	struct gnp_operator_batch batch;
+	struct gnp_network_batch batch;
 	if (!coefficients || !outputs)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu patches", count);
 	gnp_status status = lay_out(patches, count, &batch, scratch, error);

@@ -18,7 +18,7 @@ static gnp_status lay_out(const struct gnp_architecture *architecture, size_t co
 		inner[p] = GNP_PROJECTION_NODES;
 	}
 	start[count] = count * GNP_PROJECTION_NODES;
-	out->batch = (struct gnp_operator_batch){count, start, inner, out->nodes};
+	out->batch = (struct gnp_network_batch){count, start, inner, out->nodes};
 	return GNP_OK;
 }
 
@@ -45,7 +45,7 @@ gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, c
 	return GNP_OK;
 }
 
-gnp_status gnp_projected_solve(const struct gnp_operator *network, bool tape, struct gnp_projected *projected,
+gnp_status gnp_projected_solve(const struct gnp_network *network, bool tape, struct gnp_projected *projected,
                                struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t outputs = gnp_projection_outputs(&network->architecture);
@@ -61,7 +61,7 @@ gnp_status gnp_projected_solve(const struct gnp_operator *network, bool tape, st
 	return status;
 }
 
-gnp_status gnp_projected_backward(const struct gnp_operator *network, const struct gnp_projected *projected,
+gnp_status gnp_projected_backward(const struct gnp_network *network, const struct gnp_projected *projected,
                                   const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
                                   struct gnp_error *error)
 {

@@ -12,7 +12,7 @@ struct gnp_projected {
 	struct gnp_projection *sums;    /* (patches) */
 	struct gnp_projection_fit *fits; /* (patches) */
 	float *summary, *nodes, *outputs;
-	struct gnp_operator_batch batch;
+	struct gnp_network_batch batch;
 	struct gnp_projection_tape head;
 	const struct gnp_trunk_tape *trunk; /* NULL where no tape was wanted */
 };
@@ -26,11 +26,11 @@ gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, c
                                   struct gnp_error *error);
 
 /* Sets the rest. tape: whether backward will follow. */
-gnp_status gnp_projected_solve(const struct gnp_operator *network, bool tape, struct gnp_projected *projected,
+gnp_status gnp_projected_solve(const struct gnp_network *network, bool tape, struct gnp_projected *projected,
                                struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Adds d loss / d parameters to gradient, given dcoefficients (patches, GNP_TAYLOR_SIZE) of the fits'. */
-gnp_status gnp_projected_backward(const struct gnp_operator *network, const struct gnp_projected *projected,
+gnp_status gnp_projected_backward(const struct gnp_network *network, const struct gnp_projected *projected,
                                   const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
                                   struct gnp_error *error);
 

@@ -46,7 +46,7 @@ static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct g
 	return GNP_OK;
 }
 
-gnp_status gnp_sheets_settle(const struct gnp_fit_cloud *cloud, const unsigned char *outlier, struct gnp_pool *pool,
+gnp_status gnp_sheets_normals(const struct gnp_fit_cloud *cloud, const unsigned char *outlier, struct gnp_pool *pool,
                              struct gnp_task *task, double *normals, struct gnp_error *error)
 {
 	struct work work = {cloud, outlier, normals};

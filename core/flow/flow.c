@@ -8,7 +8,7 @@
 #include "core/flow/conformal.h"
 #include "core/flow/flow_checkpoint.h"
 #include "core/flow/flow_result.h"
-#include "core/flow/flow_settle.h"
+#include "core/flow/flow_setup.h"
 #include "core/network/model.h"
 
 struct gnp_flow_options gnp_flow_defaults(void)
@@ -331,7 +331,7 @@ static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const 
 	flow->result.normals_estimated = !cloud->normals;
 	flow->result.components = prepared.components;
 	gnp_task_stage(flow->task, GNP_STAGE_PREPARE, prepared.count);
-	status = gnp_flow_settle(flow->options, &prepared, flow->pool, flow->task, &flow->rule, &flow->move, &flow->result.spacing, error);
+	status = gnp_flow_setup(flow->options, &prepared, flow->pool, flow->task, &flow->rule, &flow->move, &flow->result.spacing, error);
 	if (status == GNP_OK)
 		status = set_start(flow, &prepared, fixed, error);
 	gnp_prepared_clear(&prepared);

@@ -79,7 +79,7 @@ enum { KEYS = sizeof keys / sizeof keys[0] };
 /* Keys for people: any text, after one of these. "format" is what PyTorch's writer adds by itself. */
 static const char *const free_keys[] = {"format", "note", "training_", "validation_"};
 
-static gnp_status refuse(const struct gnp_weights *file, const struct key *key, const char *got, struct gnp_error *error)
+static gnp_status refuse(const struct gnp_safetensors *file, const struct key *key, const char *got, struct gnp_error *error)
 {
 	char list[120] = "";
 	for (unsigned i = 0; key->kind == CHOICE && key->choice(i); i++) {
@@ -95,7 +95,7 @@ static gnp_status refuse(const struct gnp_weights *file, const struct key *key, 
 		snprintf(list, sizeof list, "a number of %g..%g", key->minimum, key->maximum);
 	if (key->kind == TEXT)
 		snprintf(list, sizeof list, "1..%d of A-Z a-z 0-9 _ - .", GNP_MODEL_NAME_MAX);
-	return gnp_weights_refuse(file, error, "metadata \"%s\": got %s%.40s%s, need %s", key->name, got ? "\"" : "",
+	return gnp_safetensors_refuse(file, error, "metadata \"%s\": got %s%.40s%s, need %s", key->name, got ? "\"" : "",
 	                          got ? got : "none", got ? "\"" : "", list);
 }
 
@@ -162,13 +162,13 @@ static bool read_value(const struct key *key, const char *text, struct descripti
 	return true;
 }
 
-static gnp_status read_key(const struct gnp_weights *file, const struct key *key, struct description *out,
+static gnp_status read_key(const struct gnp_safetensors *file, const struct key *key, struct description *out,
                            struct gnp_error *error)
 {
-	const char *text = gnp_weights_metadata_find(file, key->name);
+	const char *text = gnp_safetensors_metadata_find(file, key->name);
 	unsigned head = 1u << out->architecture.head;
 	if (text && key->heads && !(key->heads & head))
-		return gnp_weights_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the head %s", key->name, text,
+		return gnp_safetensors_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the head %s", key->name, text,
 		                          gnp_head_name(out->architecture.head));
 	if (text ? read_value(key, text, out) : !(key->heads & head))
 		return GNP_OK;
@@ -186,18 +186,18 @@ static bool key_known(const char *name)
 	return false;
 }
 
-static gnp_status read_description(const struct gnp_weights *file, struct description *out, struct gnp_error *error)
+static gnp_status read_description(const struct gnp_safetensors *file, struct description *out, struct gnp_error *error)
 {
-	const struct gnp_weights_metadata *entry;
+	const struct gnp_safetensors_metadata *entry;
 	gnp_status status = GNP_OK;
 	*out = (struct description){.format = 0};
 	for (size_t i = 0; i < KEYS && status == GNP_OK; i++)
 		status = read_key(file, &keys[i], out, error);
-	for (size_t i = 0; status == GNP_OK && (entry = gnp_weights_metadata_at(file, i)); i++)
+	for (size_t i = 0; status == GNP_OK && (entry = gnp_safetensors_metadata_at(file, i)); i++)
 		if (!key_known(entry->key))
-			status = gnp_weights_refuse(file, error, "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
+			status = gnp_safetensors_refuse(file, error, "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
 	if (status == GNP_OK && (out->recipe.delta0 > 0) == (out->recipe.delta0_ratio > 0))
-		status = gnp_weights_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
+		status = gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
 		                            out->recipe.delta0 > 0 ? "both" : "none");
 	return status;
 }
@@ -214,28 +214,28 @@ static void show_shape(const size_t *shape, size_t rank, char *text, size_t size
 }
 
 /* The parameter a row describes, to where the row says it lies in the block. */
-static gnp_status take_tensor(const struct gnp_weights *file, const struct gnp_parameter_row *row, float *parameters,
+static gnp_status take_tensor(const struct gnp_safetensors *file, const struct gnp_parameter_row *row, float *parameters,
                               struct gnp_error *error)
 {
-	const struct gnp_weights_tensor *tensor = gnp_weights_tensor_find(file, row->name);
+	const struct gnp_safetensors_tensor *tensor = gnp_safetensors_tensor_find(file, row->name);
 	char need[64], got[80];
 	show_shape(row->shape, row->rank, need, sizeof need);
 	if (!tensor)
-		return gnp_weights_refuse(file, error, "tensor \"%s\": missing, need shape %s", row->name, need);
+		return gnp_safetensors_refuse(file, error, "tensor \"%s\": missing, need shape %s", row->name, need);
 	show_shape(tensor->shape, tensor->rank, got, sizeof got);
 	if (tensor->rank != row->rank || memcmp(tensor->shape, row->shape, row->rank * sizeof *row->shape) != 0)
-		return gnp_weights_refuse(file, error, "tensor \"%s\": shape: got %s, need %s", row->name, got, need);
+		return gnp_safetensors_refuse(file, error, "tensor \"%s\": shape: got %s, need %s", row->name, got, need);
 	memcpy(parameters + row->offset, tensor->data, row->count * sizeof *parameters);
 	return GNP_OK;
 }
 
-static gnp_status refuse_others(const struct gnp_weights *file, const struct gnp_architecture *architecture,
+static gnp_status refuse_others(const struct gnp_safetensors *file, const struct gnp_architecture *architecture,
                                 const struct gnp_layout *layout, struct gnp_error *error)
 {
-	const struct gnp_weights_tensor *tensor;
-	for (size_t i = 0; (tensor = gnp_weights_tensor_at(file, i)); i++)
+	const struct gnp_safetensors_tensor *tensor;
+	for (size_t i = 0; (tensor = gnp_safetensors_tensor_at(file, i)); i++)
 		if (!gnp_layout_find(layout, tensor->name))
-			return gnp_weights_refuse(file, error, "tensor \"%.64s\": unknown, the trunk %s of %u layers with the head %s has %zu "
+			return gnp_safetensors_refuse(file, error, "tensor \"%.64s\": unknown, the trunk %s of %u layers with the head %s has %zu "
 			                          "others", tensor->name, gnp_trunk_name(architecture->trunk), architecture->layers,
 			                          gnp_head_name(architecture->head), layout->rows);
 	return GNP_OK;
@@ -250,7 +250,7 @@ static gnp_status read_network(struct gnp_model *model, struct gnp_error *error)
 		return gnp_no_memory(model->name, 1, "layout", error);
 	gnp_status status = gnp_architecture_layout(&model->architecture, layout, &cause);
 	if (status != GNP_OK) {
-		status = gnp_weights_refuse(model->file, error, "metadata: %s", cause.text);
+		status = gnp_safetensors_refuse(model->file, error, "metadata: %s", cause.text);
 		goto done;
 	}
 	model->parameter_count = layout->total;
@@ -262,7 +262,7 @@ static gnp_status read_network(struct gnp_model *model, struct gnp_error *error)
 	if (status == GNP_OK)
 		status = refuse_others(model->file, &model->architecture, layout, error);
 	if (status == GNP_OK)
-		status = gnp_operator_create(&model->architecture, parameters, &model->network, error);
+		status = gnp_network_create(&model->architecture, parameters, &model->network, error);
 done:
 	free(parameters);
 	free(layout);
@@ -274,7 +274,7 @@ done:
 /* NAME of FOLDER/NAME.safetensors. */
 static gnp_status read_name(struct gnp_model *model, struct gnp_error *error)
 {
-	const char *path = gnp_weights_path(model->file), *slash = strrchr(path, '/');
+	const char *path = gnp_safetensors_path(model->file), *slash = strrchr(path, '/');
 	const char *base = slash ? slash + 1 : path;
 	size_t length = strlen(base), tail = sizeof extension - 1;
 	if (length > tail && strcmp(base + length - tail, extension) == 0)
@@ -284,16 +284,16 @@ static gnp_status read_name(struct gnp_model *model, struct gnp_error *error)
 	memcpy(model->name, base, length);
 	if (gnp_model_name_fits(model->name))
 		return GNP_OK;
-	return gnp_weights_refuse(model->file, error, "its name: need 1..%d of A-Z a-z 0-9 _ - . before %s", GNP_MODEL_NAME_MAX,
+	return gnp_safetensors_refuse(model->file, error, "its name: need 1..%d of A-Z a-z 0-9 _ - . before %s", GNP_MODEL_NAME_MAX,
 	                          extension);
 }
 
-gnp_status gnp_model_create_take(struct gnp_weights *file, struct gnp_model **out, struct gnp_error *error)
+gnp_status gnp_model_create_take(struct gnp_safetensors *file, struct gnp_model **out, struct gnp_error *error)
 {
 	struct description description;
 	struct gnp_model *model = gnp_array_zero(1, sizeof *model);
 	if (!model) {
-		gnp_weights_free(file);
+		gnp_safetensors_free(file);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "model: no memory for %zu bytes", sizeof *model);
 	}
 	model->file = file;
@@ -304,9 +304,9 @@ gnp_status gnp_model_create_take(struct gnp_weights *file, struct gnp_model **ou
 		model->architecture = description.architecture;
 		model->recipe = description.recipe;
 		model->regime = description.regime;
-		model->sha256 = gnp_weights_sha256(file);
+		model->sha256 = gnp_safetensors_sha256(file);
 		status = read_network(model, error);
-		gnp_weights_drop_tensors(file);
+		gnp_safetensors_drop_tensors(file);
 	}
 	if (status != GNP_OK) {
 		gnp_model_free(model);
@@ -318,8 +318,8 @@ gnp_status gnp_model_create_take(struct gnp_weights *file, struct gnp_model **ou
 
 gnp_status gnp_model_load(const char *path, struct gnp_model **out, struct gnp_error *error)
 {
-	struct gnp_weights *file;
-	gnp_status status = gnp_weights_load(path, &file, error);
+	struct gnp_safetensors *file;
+	gnp_status status = gnp_safetensors_load(path, &file, error);
 	return status == GNP_OK ? gnp_model_create_take(file, out, error) : status;
 }
 
@@ -327,8 +327,8 @@ void gnp_model_free(struct gnp_model *model)
 {
 	if (!model)
 		return;
-	gnp_operator_free(model->network);
-	gnp_weights_free(model->file);
+	gnp_network_free(model->network);
+	gnp_safetensors_free(model->file);
 	free(model);
 }
 
@@ -375,12 +375,12 @@ static bool write_value(const struct key *key, const struct description *descrip
 
 /* Adds what the description has for the keys of the table, then the others. Nothing that read_description would refuse. */
 static gnp_status write_metadata(const char *path, const struct gnp_model_source *source, char buffers[KEYS][VALUE_TEXT],
-                                 struct gnp_weights_metadata *metadata, size_t *count, struct gnp_error *error)
+                                 struct gnp_safetensors_metadata *metadata, size_t *count, struct gnp_error *error)
 {
 	const struct description description = {source->architecture, source->recipe, source->regime, 0};
 	struct description unused;
 	for (size_t i = 0; i < KEYS; i++) {
-		struct gnp_weights_metadata *entry = &metadata[*count];
+		struct gnp_safetensors_metadata *entry = &metadata[*count];
 		if (!write_value(&keys[i], &description, buffers[i], &entry->value))
 			continue;
 		if (!read_value(&keys[i], entry->value, &unused))
@@ -401,8 +401,8 @@ static gnp_status write_metadata(const char *path, const struct gnp_model_source
 gnp_status gnp_model_save(const char *path, const struct gnp_model_source *source, struct gnp_error *error)
 {
 	struct gnp_layout *layout = gnp_array_zero(1, sizeof *layout);
-	struct gnp_weights_tensor *tensors = gnp_array_zero(GNP_PARAMETER_ROWS_MAX, sizeof *tensors);
-	struct gnp_weights_metadata *metadata = gnp_array_new(KEYS + source->more_count, sizeof *metadata);
+	struct gnp_safetensors_tensor *tensors = gnp_array_zero(GNP_PARAMETER_ROWS_MAX, sizeof *tensors);
+	struct gnp_safetensors_metadata *metadata = gnp_array_new(KEYS + source->more_count, sizeof *metadata);
 	char buffers[KEYS][VALUE_TEXT] = {""};
 	size_t metadata_count = 0;
 	gnp_status status = GNP_OK;
@@ -414,11 +414,11 @@ gnp_status gnp_model_save(const char *path, const struct gnp_model_source *sourc
 		status = write_metadata(path, source, buffers, metadata, &metadata_count, error);
 	for (size_t i = 0; status == GNP_OK && i < layout->rows; i++) {
 		const struct gnp_parameter_row *row = &layout->row[i];
-		tensors[i] = (struct gnp_weights_tensor){.name = row->name, .rank = row->rank, .data = source->parameters + row->offset};
+		tensors[i] = (struct gnp_safetensors_tensor){.name = row->name, .rank = row->rank, .data = source->parameters + row->offset};
 		memcpy(tensors[i].shape, row->shape, row->rank * sizeof *row->shape);
 	}
 	if (status == GNP_OK)
-		status = gnp_weights_save(path, &(struct gnp_weights_source){metadata, metadata_count, tensors, layout->rows}, error);
+		status = gnp_safetensors_save(path, &(struct gnp_safetensors_source){metadata, metadata_count, tensors, layout->rows}, error);
 	free(metadata);
 	free(tensors);
 	free(layout);

@@ -32,14 +32,14 @@ struct gnp_model {
 	struct gnp_architecture architecture;
 	struct gnp_recipe recipe;
 	size_t parameter_count;
-	struct gnp_operator *network;
-	struct gnp_weights *file; /* without its tensors: all of the metadata, for gnp_weights_metadata_find */
+	struct gnp_network *network;
+	struct gnp_safetensors *file; /* without its tensors: all of the metadata, for gnp_safetensors_metadata_find */
 };
 
 /* From a file PATH/NAME.safetensors. Errors name file, key or tensor, found and expected. */
 gnp_status gnp_model_load(const char *path, struct gnp_model **out, struct gnp_error *error);
 /* The same from a file already read, which becomes the model's, also on failure. */
-gnp_status gnp_model_create_take(struct gnp_weights *file, struct gnp_model **out, struct gnp_error *error);
+gnp_status gnp_model_create_take(struct gnp_safetensors *file, struct gnp_model **out, struct gnp_error *error);
 void gnp_model_free(struct gnp_model *model);
 
 /* What to write; borrowed. */
@@ -47,12 +47,12 @@ struct gnp_model_source {
 	struct gnp_architecture architecture;
 	struct gnp_recipe recipe;
 	const char *regime;
-	const struct gnp_weights_metadata *more; /* of the keys for people (weights/README.md) */
+	const struct gnp_safetensors_metadata *more; /* of the keys for people (weights/README.md) */
 	size_t more_count;
 	const float *parameters; /* the flat block */
 };
 
-/* Writes the file of a model: metadata, and the parameters as tensors in the layout's order; see gnp_weights_save. What
+/* Writes the file of a model: metadata, and the parameters as tensors in the layout's order; see gnp_safetensors_save. What
  * gnp_model_load would refuse is refused, and then there is no file or the old one. */
 gnp_status gnp_model_save(const char *path, const struct gnp_model_source *source, struct gnp_error *error);
 

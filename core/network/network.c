@@ -6,10 +6,10 @@
 
 #include "core/base/memory.h"
 
-gnp_status gnp_operator_create(const struct gnp_architecture *architecture, const float *parameters, struct gnp_operator **out,
+gnp_status gnp_network_create(const struct gnp_architecture *architecture, const float *parameters, struct gnp_network **out,
                                struct gnp_error *error)
 {
-	struct gnp_operator *network = gnp_array_zero(1, sizeof *network);
+	struct gnp_network *network = gnp_array_zero(1, sizeof *network);
 	if (!network)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory");
 	network->architecture = *architecture;
@@ -18,7 +18,7 @@ gnp_status gnp_operator_create(const struct gnp_architecture *architecture, cons
 	if (status == GNP_OK && !copy)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu parameters", network->layout.total);
 	if (status != GNP_OK) {
-		gnp_operator_free(network);
+		gnp_network_free(network);
 		return status;
 	}
 	memcpy(copy, parameters, network->layout.total * sizeof *copy);
@@ -27,7 +27,7 @@ gnp_status gnp_operator_create(const struct gnp_architecture *architecture, cons
 	return GNP_OK;
 }
 
-void gnp_operator_free(struct gnp_operator *network)
+void gnp_network_free(struct gnp_network *network)
 {
 	if (!network)
 		return;
@@ -35,7 +35,7 @@ void gnp_operator_free(struct gnp_operator *network)
 	free(network);
 }
 
-const float *gnp_operator_tensor(const struct gnp_operator *network, const char *name)
+const float *gnp_network_tensor(const struct gnp_network *network, const char *name)
 {
 	const struct gnp_parameter_row *row = gnp_layout_find(&network->layout, name);
 	assert(row);

@@ -14,7 +14,7 @@ struct head {
 	const struct gnp_parameter_row *first, *second; /* weights; each bias is the next row */
 };
 
-static struct head head_of(const struct gnp_operator *network)
+static struct head head_of(const struct gnp_network *network)
 {
 	bool edge = network->architecture.trunk == GNP_TRUNK_EDGE;
 	struct head head = {gnp_layout_find(&network->layout, edge ? "mlp.0.weight" : "proj.0.weight"),
@@ -23,7 +23,7 @@ static struct head head_of(const struct gnp_operator *network)
 	return head;
 }
 
-gnp_status gnp_pooled_forward(const struct gnp_operator *network, const struct gnp_operator_batch *batch, float *coefficients,
+gnp_status gnp_pooled_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *coefficients,
                               const struct gnp_pooled_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_architecture *a = &network->architecture;
@@ -51,7 +51,7 @@ gnp_status gnp_pooled_forward(const struct gnp_operator *network, const struct g
 	return GNP_OK;
 }
 
-gnp_status gnp_pooled_backward(const struct gnp_operator *network, const struct gnp_pooled_tape *tape, const float *dcoefficients,
+gnp_status gnp_pooled_backward(const struct gnp_network *network, const struct gnp_pooled_tape *tape, const float *dcoefficients,
                                float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_architecture *a = &network->architecture;

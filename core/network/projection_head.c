@@ -9,7 +9,7 @@ struct places {
 	size_t mean, deviation, weight[3], bias[3];
 };
 
-static struct places places_of(const struct gnp_operator *network)
+static struct places places_of(const struct gnp_network *network)
 {
 	static const char *const weights[3] = {"head.0.weight", "head.2.weight", "head.4.weight"};
 	static const char *const biases[3] = {"head.0.bias", "head.2.bias", "head.4.bias"};
@@ -46,7 +46,7 @@ static void fill_inputs(const struct sizes *s, const float *parameters, const st
 	}
 }
 
-gnp_status gnp_projection_head_forward(const struct gnp_operator *network, size_t patches, const float *mean, const float *summary,
+gnp_status gnp_projection_head_forward(const struct gnp_network *network, size_t patches, const float *mean, const float *summary,
                                        float *outputs, struct gnp_projection_tape *tape, struct gnp_scratch *scratch,
                                        struct gnp_error *error)
 {
@@ -70,7 +70,7 @@ gnp_status gnp_projection_head_forward(const struct gnp_operator *network, size_
 	return GNP_OK;
 }
 
-gnp_status gnp_projection_head_backward(const struct gnp_operator *network, const struct gnp_projection_tape *tape,
+gnp_status gnp_projection_head_backward(const struct gnp_network *network, const struct gnp_projection_tape *tape,
                                         const float *doutputs, float *gradient, float *dmean, struct gnp_scratch *scratch,
                                         struct gnp_error *error)
 {

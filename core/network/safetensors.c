@@ -21,15 +21,15 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "tensors are used as t
 static const char metadata_key[] = "__metadata__";
 enum { PREFIX = 8, NESTING_MAX = 4, SHOWN = 60 };
 
-struct gnp_weights {
+struct gnp_safetensors {
 	char *path;
 	char sha256[GNP_SHA256_TEXT];
 	json_t *root; /* the header; owns every string below */
 	unsigned char *data;
 	size_t data_size;
-	struct gnp_weights_tensor *tensors;
+	struct gnp_safetensors_tensor *tensors;
 	size_t tensor_count;
-	struct gnp_weights_metadata *metadata;
+	struct gnp_safetensors_metadata *metadata;
 	size_t metadata_count;
 };
 
@@ -50,10 +50,10 @@ static gnp_status refuse(const char *path, struct gnp_error *error, gnp_status s
 	return gnp_error_set(error, status, "%s%s: %s", cut ? "..." : "", path + (cut ? length - PATH_SHOWN : 0), text);
 }
 
-static gnp_status bad_tensor(const struct gnp_weights *weights, const char *name, struct gnp_error *error,
+static gnp_status bad_tensor(const struct gnp_safetensors *weights, const char *name, struct gnp_error *error,
                              const char *format, ...) __attribute__((format(printf, 4, 5)));
 
-static gnp_status bad_tensor(const struct gnp_weights *weights, const char *name, struct gnp_error *error,
+static gnp_status bad_tensor(const struct gnp_safetensors *weights, const char *name, struct gnp_error *error,
                              const char *format, ...)
 {
 	char text[220];
@@ -105,15 +105,15 @@ static gnp_status take_header_length(struct input *input, size_t *length, struct
 {
 	unsigned char prefix[PREFIX];
 	uint64_t claimed = 0;
-	if (input->size < PREFIX + 2 || input->size > GNP_WEIGHTS_FILE_MAX)
+	if (input->size < PREFIX + 2 || input->size > GNP_SAFETENSORS_FILE_MAX)
 		return refuse(input->path, error, GNP_INVALID_ARGUMENT, "got %zu bytes, need %d..%d", input->size, PREFIX + 2,
-		              GNP_WEIGHTS_FILE_MAX);
+		              GNP_SAFETENSORS_FILE_MAX);
 	gnp_status status = take(input, prefix, sizeof prefix, error);
 	if (status != GNP_OK)
 		return status;
 	for (int i = PREFIX; i-- > 0;)
 		claimed = claimed << 8 | prefix[i];
-	size_t most = input->size - PREFIX < GNP_WEIGHTS_HEADER_MAX ? input->size - PREFIX : GNP_WEIGHTS_HEADER_MAX;
+	size_t most = input->size - PREFIX < GNP_SAFETENSORS_HEADER_MAX ? input->size - PREFIX : GNP_SAFETENSORS_HEADER_MAX;
 	if (claimed < 2 || claimed > most)
 		return refuse(input->path, error, GNP_INVALID_ARGUMENT, "header length: got %" PRIu64 " in a file of %zu bytes, need 2..%zu",
 		              claimed, input->size, most);
@@ -142,7 +142,7 @@ static bool nests_too_deep(const char *text, size_t size)
 /* Bytes jansson takes for a byte of text, at most. */
 enum { HEADER_COST = 128 };
 
-static gnp_status parse_header(struct gnp_weights *weights, const char *text, size_t size, struct gnp_error *error)
+static gnp_status parse_header(struct gnp_safetensors *weights, const char *text, size_t size, struct gnp_error *error)
 {
 	json_error_t fault;
 	if (text[0] != '{')
@@ -167,22 +167,22 @@ static bool name_fits(const char *name)
 	for (size_t i = 0; i < length; i++)
 		if ((unsigned char)name[i] < ' ' || name[i] == 0x7f)
 			return false;
-	return length >= 1 && length <= GNP_WEIGHTS_NAME_MAX;
+	return length >= 1 && length <= GNP_SAFETENSORS_NAME_MAX;
 }
 
 static gnp_status bad_name(const char *path, const char *what, const char *name, struct gnp_error *error)
 {
 	return refuse(path, error, GNP_INVALID_ARGUMENT, "%s name \"%.64s\" of %zu bytes: need 1..%d without control characters",
-	              what, name, strlen(name), GNP_WEIGHTS_NAME_MAX);
+	              what, name, strlen(name), GNP_SAFETENSORS_NAME_MAX);
 }
 
 static int by_key(const void *a, const void *b)
 {
-	const struct gnp_weights_metadata *left = a, *right = b;
+	const struct gnp_safetensors_metadata *left = a, *right = b;
 	return strcmp(left->key, right->key);
 }
 
-static gnp_status read_metadata(struct gnp_weights *weights, const json_t *object, struct gnp_error *error)
+static gnp_status read_metadata(struct gnp_safetensors *weights, const json_t *object, struct gnp_error *error)
 {
 	const char *key;
 	json_t *value;
@@ -197,7 +197,7 @@ static gnp_status read_metadata(struct gnp_weights *weights, const json_t *objec
 			return bad_name(weights->path, metadata_key, key, error);
 		if (!json_is_string(value))
 			return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "%s: \"%.64s\" is no string, need one", metadata_key, key);
-		weights->metadata[weights->metadata_count++] = (struct gnp_weights_metadata){key, json_string_value(value)};
+		weights->metadata[weights->metadata_count++] = (struct gnp_safetensors_metadata){key, json_string_value(value)};
 	}
 	qsort(weights->metadata, weights->metadata_count, sizeof *weights->metadata, by_key);
 	return GNP_OK;
@@ -219,17 +219,17 @@ static const char *show(const json_t *value, char text[SHOWN + 1])
 	return value ? text : "none";
 }
 
-static gnp_status read_shape(const struct gnp_weights *weights, const json_t *shape, struct gnp_weights_tensor *tensor,
+static gnp_status read_shape(const struct gnp_safetensors *weights, const json_t *shape, struct gnp_safetensors_tensor *tensor,
                              size_t *bytes, struct gnp_error *error)
 {
 	char shown[SHOWN + 1];
 	size_t rank = json_array_size(shape), count = 1;
-	bool fits = json_is_array(shape) && rank <= GNP_WEIGHTS_RANK_MAX;
+	bool fits = json_is_array(shape) && rank <= GNP_SAFETENSORS_RANK_MAX;
 	for (size_t d = 0; d < rank && fits; d++)
 		fits = read_size(json_array_get(shape, d), &tensor->shape[d]) && tensor->shape[d] > 0;
 	if (!fits)
 		return bad_tensor(weights, tensor->name, error, "shape: got %s, need at most %d integers of at least 1",
-		                  show(shape, shown), GNP_WEIGHTS_RANK_MAX);
+		                  show(shape, shown), GNP_SAFETENSORS_RANK_MAX);
 	for (size_t d = 0; d < rank && fits; d++)
 		fits = gnp_size_multiply(count, tensor->shape[d], &count);
 	if (!fits || !gnp_size_multiply(count, sizeof(float), bytes) || *bytes > weights->data_size)
@@ -240,8 +240,8 @@ static gnp_status read_shape(const struct gnp_weights *weights, const json_t *sh
 	return GNP_OK;
 }
 
-static gnp_status read_place(const struct gnp_weights *weights, const json_t *offsets, size_t bytes,
-                             struct gnp_weights_tensor *tensor, struct gnp_error *error)
+static gnp_status read_place(const struct gnp_safetensors *weights, const json_t *offsets, size_t bytes,
+                             struct gnp_safetensors_tensor *tensor, struct gnp_error *error)
 {
 	char shown[SHOWN + 1];
 	size_t begin, end;
@@ -255,15 +255,15 @@ static gnp_status read_place(const struct gnp_weights *weights, const json_t *of
 	return GNP_OK;
 }
 
-static gnp_status read_tensor(const struct gnp_weights *weights, const char *name, const json_t *entry,
-                              struct gnp_weights_tensor *tensor, struct gnp_error *error)
+static gnp_status read_tensor(const struct gnp_safetensors *weights, const char *name, const json_t *entry,
+                              struct gnp_safetensors_tensor *tensor, struct gnp_error *error)
 {
 	const json_t *dtype = json_object_get(entry, "dtype");
 	char shown[SHOWN + 1];
 	const char *key;
 	json_t *value;
 	size_t bytes;
-	*tensor = (struct gnp_weights_tensor){.name = name};
+	*tensor = (struct gnp_safetensors_tensor){.name = name};
 	if (!name_fits(name))
 		return bad_name(weights->path, "tensor", name, error);
 	json_object_foreach((json_t *)entry, key, value)
@@ -279,23 +279,23 @@ static gnp_status read_tensor(const struct gnp_weights *weights, const char *nam
 
 static int by_place(const void *a, const void *b)
 {
-	const struct gnp_weights_tensor *left = a, *right = b;
+	const struct gnp_safetensors_tensor *left = a, *right = b;
 	if (left->data != right->data)
 		return left->data < right->data ? -1 : 1;
 	return strcmp(left->name, right->name);
 }
 
-static size_t offset_of(const struct gnp_weights *weights, const struct gnp_weights_tensor *tensor)
+static size_t offset_of(const struct gnp_safetensors *weights, const struct gnp_safetensors_tensor *tensor)
 {
 	return (size_t)((const unsigned char *)(const void *)tensor->data - weights->data);
 }
 
 /* Each tensor begins where the one before it ends, and the last ends with the file. */
-static gnp_status check_cover(const struct gnp_weights *weights, struct gnp_error *error)
+static gnp_status check_cover(const struct gnp_safetensors *weights, struct gnp_error *error)
 {
 	size_t end = 0;
 	for (size_t i = 0; i < weights->tensor_count; i++) {
-		const struct gnp_weights_tensor *tensor = &weights->tensors[i];
+		const struct gnp_safetensors_tensor *tensor = &weights->tensors[i];
 		size_t begin = offset_of(weights, tensor);
 		if (begin < end)
 			return bad_tensor(weights, tensor->name, error, "begins at byte %zu of the data and overlaps \"%.64s\", need %zu",
@@ -310,10 +310,10 @@ static gnp_status check_cover(const struct gnp_weights *weights, struct gnp_erro
 	return GNP_OK;
 }
 
-static gnp_status check_finite(const struct gnp_weights *weights, struct gnp_error *error)
+static gnp_status check_finite(const struct gnp_safetensors *weights, struct gnp_error *error)
 {
 	for (size_t i = 0; i < weights->tensor_count; i++) {
-		const struct gnp_weights_tensor *tensor = &weights->tensors[i];
+		const struct gnp_safetensors_tensor *tensor = &weights->tensors[i];
 		for (size_t j = 0; j < tensor->count; j++)
 			if (!isfinite(tensor->data[j]))
 				return bad_tensor(weights, tensor->name, error, "value %zu: got %g, need a finite number", j,
@@ -322,15 +322,15 @@ static gnp_status check_finite(const struct gnp_weights *weights, struct gnp_err
 	return GNP_OK;
 }
 
-static gnp_status read_tensors(struct gnp_weights *weights, struct gnp_error *error)
+static gnp_status read_tensors(struct gnp_safetensors *weights, struct gnp_error *error)
 {
 	size_t most = json_object_size(weights->root);
 	const char *name;
 	json_t *entry;
 	gnp_status status = GNP_OK;
-	if (most > GNP_WEIGHTS_TENSORS_MAX)
+	if (most > GNP_SAFETENSORS_TENSORS_MAX)
 		return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "got %zu tensors, need at most %d", most,
-		              GNP_WEIGHTS_TENSORS_MAX);
+		              GNP_SAFETENSORS_TENSORS_MAX);
 	weights->tensors = gnp_array_new(most, sizeof *weights->tensors);
 	if (!weights->tensors)
 		return no_memory(weights->path, most * sizeof *weights->tensors, error);
@@ -349,7 +349,7 @@ static gnp_status read_tensors(struct gnp_weights *weights, struct gnp_error *er
 }
 
 /* Header and data each get memory of their own, so that the data is aligned wherever it begins in the file. */
-static gnp_status read_input(struct input *input, struct gnp_weights *weights, struct gnp_error *error)
+static gnp_status read_input(struct input *input, struct gnp_safetensors *weights, struct gnp_error *error)
 {
 	size_t header_size = 0;
 	gnp_status status = take_header_length(input, &header_size, error);
@@ -375,30 +375,30 @@ static gnp_status read_input(struct input *input, struct gnp_weights *weights, s
 	return status == GNP_OK ? read_tensors(weights, error) : status;
 }
 
-static gnp_status weights_create(struct input *input, struct gnp_weights **out, struct gnp_error *error)
+static gnp_status weights_create(struct input *input, struct gnp_safetensors **out, struct gnp_error *error)
 {
-	struct gnp_weights *weights = gnp_array_zero(1, sizeof *weights);
+	struct gnp_safetensors *weights = gnp_array_zero(1, sizeof *weights);
 	if (!weights || !(weights->path = strdup(input->path))) {
 		free(weights);
 		return no_memory(input->path, sizeof *weights, error);
 	}
 	gnp_status status = read_input(input, weights, error);
 	if (status != GNP_OK) {
-		gnp_weights_free(weights);
+		gnp_safetensors_free(weights);
 		return status;
 	}
 	*out = weights;
 	return GNP_OK;
 }
 
-gnp_status gnp_weights_decode(const char *name, const void *bytes, size_t size, struct gnp_weights **out,
+gnp_status gnp_safetensors_decode(const char *name, const void *bytes, size_t size, struct gnp_safetensors **out,
                               struct gnp_error *error)
 {
 	struct input input = {.path = name, .fd = -1, .bytes = bytes, .size = size};
 	return weights_create(&input, out, error);
 }
 
-gnp_status gnp_weights_load(const char *path, struct gnp_weights **out, struct gnp_error *error)
+gnp_status gnp_safetensors_load(const char *path, struct gnp_safetensors **out, struct gnp_error *error)
 {
 	struct stat information;
 	gnp_status status;
@@ -414,7 +414,7 @@ gnp_status gnp_weights_load(const char *path, struct gnp_weights **out, struct g
 	return status;
 }
 
-void gnp_weights_drop_tensors(struct gnp_weights *weights)
+void gnp_safetensors_drop_tensors(struct gnp_safetensors *weights)
 {
 	free(weights->tensors);
 	free(weights->data);
@@ -423,18 +423,18 @@ void gnp_weights_drop_tensors(struct gnp_weights *weights)
 	weights->tensor_count = weights->data_size = 0;
 }
 
-void gnp_weights_free(struct gnp_weights *weights)
+void gnp_safetensors_free(struct gnp_safetensors *weights)
 {
 	if (!weights)
 		return;
-	gnp_weights_drop_tensors(weights);
+	gnp_safetensors_drop_tensors(weights);
 	json_decref(weights->root);
 	free(weights->metadata);
 	free(weights->path);
 	free(weights);
 }
 
-gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_error *error, const char *format, ...)
+gnp_status gnp_safetensors_refuse(const struct gnp_safetensors *weights, struct gnp_error *error, const char *format, ...)
 {
 	char text[300];
 	va_list arguments;
@@ -446,27 +446,27 @@ gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_erro
 
 /* ---- What it holds ---- */
 
-const char *gnp_weights_path(const struct gnp_weights *weights)
+const char *gnp_safetensors_path(const struct gnp_safetensors *weights)
 {
 	return weights->path;
 }
 
-const char *gnp_weights_sha256(const struct gnp_weights *weights)
+const char *gnp_safetensors_sha256(const struct gnp_safetensors *weights)
 {
 	return weights->sha256;
 }
 
-size_t gnp_weights_tensor_count(const struct gnp_weights *weights)
+size_t gnp_safetensors_tensor_count(const struct gnp_safetensors *weights)
 {
 	return weights->tensor_count;
 }
 
-const struct gnp_weights_tensor *gnp_weights_tensor_at(const struct gnp_weights *weights, size_t i)
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_at(const struct gnp_safetensors *weights, size_t i)
 {
 	return i < weights->tensor_count ? &weights->tensors[i] : NULL;
 }
 
-const struct gnp_weights_tensor *gnp_weights_tensor_find(const struct gnp_weights *weights, const char *name)
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_find(const struct gnp_safetensors *weights, const char *name)
 {
 	for (size_t i = 0; i < weights->tensor_count; i++)
 		if (strcmp(weights->tensors[i].name, name) == 0)
@@ -474,12 +474,12 @@ const struct gnp_weights_tensor *gnp_weights_tensor_find(const struct gnp_weight
 	return NULL;
 }
 
-const struct gnp_weights_metadata *gnp_weights_metadata_at(const struct gnp_weights *weights, size_t i)
+const struct gnp_safetensors_metadata *gnp_safetensors_metadata_at(const struct gnp_safetensors *weights, size_t i)
 {
 	return i < weights->metadata_count ? &weights->metadata[i] : NULL;
 }
 
-const char *gnp_weights_metadata_find(const struct gnp_weights *weights, const char *key)
+const char *gnp_safetensors_metadata_find(const struct gnp_safetensors *weights, const char *key)
 {
 	for (size_t i = 0; i < weights->metadata_count; i++)
 		if (strcmp(weights->metadata[i].key, key) == 0)

@@ -6,58 +6,58 @@
  * file before anything of that size is allocated; no key is given twice or unknown; names are UTF-8 without control
  * characters; tensors are F32 and finite, each has exactly the bytes of its shape, and together they cover the rest of the
  * file without a hole or an overlap. What is refused is refused with a message that names file, tensor, found and expected. */
-#ifndef GNP_CORE_WEIGHTS_H
-#define GNP_CORE_WEIGHTS_H
+#ifndef GNP_CORE_SAFETENSORS_H
+#define GNP_CORE_SAFETENSORS_H
 
 #include <stddef.h>
 
 #include "core/base/status.h"
 
 enum {
-	GNP_WEIGHTS_RANK_MAX = 8,
-	GNP_WEIGHTS_NAME_MAX = 128,         /* bytes of a tensor's name or a metadata key */
-	GNP_WEIGHTS_TENSORS_MAX = 4096,
-	GNP_WEIGHTS_HEADER_MAX = 1 << 20,   /* bytes */
-	GNP_WEIGHTS_FILE_MAX = 1 << 30      /* bytes */
+	GNP_SAFETENSORS_RANK_MAX = 8,
+	GNP_SAFETENSORS_NAME_MAX = 128,         /* bytes of a tensor's name or a metadata key */
+	GNP_SAFETENSORS_TENSORS_MAX = 4096,
+	GNP_SAFETENSORS_HEADER_MAX = 1 << 20,   /* bytes */
+	GNP_SAFETENSORS_FILE_MAX = 1 << 30      /* bytes */
 };
 
-struct gnp_weights_tensor {
+struct gnp_safetensors_tensor {
 	const char *name;
-	size_t rank, shape[GNP_WEIGHTS_RANK_MAX];
+	size_t rank, shape[GNP_SAFETENSORS_RANK_MAX];
 	size_t count;      /* product of the shape */
 	const float *data; /* (shape), row-major */
 };
 
-struct gnp_weights_metadata {
+struct gnp_safetensors_metadata {
 	const char *key, *value;
 };
 
 /* A file in memory; immutable, so threads may share it. */
-struct gnp_weights;
+struct gnp_safetensors;
 
 /* Reads the file, all of it at once. GNP_IO: it cannot be read; GNP_INVALID_ARGUMENT: what it holds is refused. */
-gnp_status gnp_weights_load(const char *path, struct gnp_weights **out, struct gnp_error *error);
+gnp_status gnp_safetensors_load(const char *path, struct gnp_safetensors **out, struct gnp_error *error);
 /* The same for bytes in memory, which are copied; name stands for the file in messages. */
-gnp_status gnp_weights_decode(const char *name, const void *bytes, size_t size, struct gnp_weights **out,
+gnp_status gnp_safetensors_decode(const char *name, const void *bytes, size_t size, struct gnp_safetensors **out,
                               struct gnp_error *error);
-void gnp_weights_free(struct gnp_weights *weights);
+void gnp_safetensors_free(struct gnp_safetensors *weights);
 /* Frees the tensors and keeps the rest, for whoever has made something of them. */
-void gnp_weights_drop_tensors(struct gnp_weights *weights);
+void gnp_safetensors_drop_tensors(struct gnp_safetensors *weights);
 
 /* Sets error to "FILE: TEXT" and returns GNP_INVALID_ARGUMENT: for whoever finds fault with what a file holds. */
-gnp_status gnp_weights_refuse(const struct gnp_weights *weights, struct gnp_error *error, const char *format, ...)
+gnp_status gnp_safetensors_refuse(const struct gnp_safetensors *weights, struct gnp_error *error, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
 /* Everything below lives as long as the weights. Tensors come in the order of their data, metadata in that of the keys. */
-const char *gnp_weights_path(const struct gnp_weights *weights);
+const char *gnp_safetensors_path(const struct gnp_safetensors *weights);
 /* Of all bytes of the file, 64 hexadecimal digits. */
-const char *gnp_weights_sha256(const struct gnp_weights *weights);
-size_t gnp_weights_tensor_count(const struct gnp_weights *weights);
+const char *gnp_safetensors_sha256(const struct gnp_safetensors *weights);
+size_t gnp_safetensors_tensor_count(const struct gnp_safetensors *weights);
 /* NULL past the last / when there is none of that name. */
-const struct gnp_weights_tensor *gnp_weights_tensor_at(const struct gnp_weights *weights, size_t i);
-const struct gnp_weights_tensor *gnp_weights_tensor_find(const struct gnp_weights *weights, const char *name);
-const struct gnp_weights_metadata *gnp_weights_metadata_at(const struct gnp_weights *weights, size_t i);
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_at(const struct gnp_safetensors *weights, size_t i);
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_find(const struct gnp_safetensors *weights, const char *name);
+const struct gnp_safetensors_metadata *gnp_safetensors_metadata_at(const struct gnp_safetensors *weights, size_t i);
 /* The value of a key, or NULL. */
-const char *gnp_weights_metadata_find(const struct gnp_weights *weights, const char *key);
+const char *gnp_safetensors_metadata_find(const struct gnp_safetensors *weights, const char *key);
 
 #endif

@@ -30,14 +30,14 @@ static void put_string(FILE *out, const char *text)
 
 static int by_key(const void *a, const void *b)
 {
-	const struct gnp_weights_metadata *left = a, *right = b;
+	const struct gnp_safetensors_metadata *left = a, *right = b;
 	return strcmp(left->key, right->key);
 }
 
-static bool put_metadata(FILE *out, const struct gnp_weights_source *source)
+static bool put_metadata(FILE *out, const struct gnp_safetensors_source *source)
 {
 	size_t count = source->metadata_count;
-	struct gnp_weights_metadata *sorted = gnp_array_new(count, sizeof *sorted);
+	struct gnp_safetensors_metadata *sorted = gnp_array_new(count, sizeof *sorted);
 	if (!sorted)
 		return false;
 	for (size_t i = 0; i < count; i++)
@@ -55,7 +55,7 @@ static bool put_metadata(FILE *out, const struct gnp_weights_source *source)
 	return true;
 }
 
-static void put_tensor(FILE *out, const struct gnp_weights_tensor *tensor, size_t begin, size_t end)
+static void put_tensor(FILE *out, const struct gnp_safetensors_tensor *tensor, size_t begin, size_t end)
 {
 	fputc(',', out);
 	put_string(out, tensor->name);
@@ -66,27 +66,27 @@ static void put_tensor(FILE *out, const struct gnp_weights_tensor *tensor, size_
 }
 
 /* The bytes a tensor's shape asks for; false when that is not a size a file may have. */
-static bool tensor_bytes(const struct gnp_weights_tensor *tensor, size_t *bytes)
+static bool tensor_bytes(const struct gnp_safetensors_tensor *tensor, size_t *bytes)
 {
 	*bytes = sizeof(float);
-	if (tensor->rank > GNP_WEIGHTS_RANK_MAX)
+	if (tensor->rank > GNP_SAFETENSORS_RANK_MAX)
 		return false;
 	for (size_t d = 0; d < tensor->rank; d++)
 		if (!gnp_size_multiply(*bytes, tensor->shape[d], bytes))
 			return false;
-	return *bytes <= GNP_WEIGHTS_FILE_MAX;
+	return *bytes <= GNP_SAFETENSORS_FILE_MAX;
 }
 
-static gnp_status check_sizes(const char *path, const struct gnp_weights_source *source, size_t *data_size,
+static gnp_status check_sizes(const char *path, const struct gnp_safetensors_source *source, size_t *data_size,
                               struct gnp_error *error)
 {
 	size_t total = 0, bytes;
 	for (size_t i = 0; i < source->tensor_count; i++) {
-		const struct gnp_weights_tensor *tensor = &source->tensors[i];
-		if (!tensor_bytes(tensor, &bytes) || bytes > GNP_WEIGHTS_FILE_MAX - total)
+		const struct gnp_safetensors_tensor *tensor = &source->tensors[i];
+		if (!tensor_bytes(tensor, &bytes) || bytes > GNP_SAFETENSORS_FILE_MAX - total)
 			return gnp_error_set(error, GNP_TOO_LARGE, "%.120s: tensor \"%.64s\": rank %zu or its bytes with those before it: "
-			                     "need at most %d and %d", path, tensor->name, tensor->rank, GNP_WEIGHTS_RANK_MAX,
-			                     GNP_WEIGHTS_FILE_MAX);
+			                     "need at most %d and %d", path, tensor->name, tensor->rank, GNP_SAFETENSORS_RANK_MAX,
+			                     GNP_SAFETENSORS_FILE_MAX);
 		total += bytes;
 	}
 	*data_size = total;
@@ -94,7 +94,7 @@ static gnp_status check_sizes(const char *path, const struct gnp_weights_source 
 }
 
 /* Header and padding; NULL without memory. */
-static char *make_header(const struct gnp_weights_source *source, size_t *size)
+static char *make_header(const struct gnp_safetensors_source *source, size_t *size)
 {
 	char *text = NULL;
 	size_t begin = 0, bytes;
@@ -117,7 +117,7 @@ static char *make_header(const struct gnp_weights_source *source, size_t *size)
 	return NULL;
 }
 
-static unsigned char *assemble(const struct gnp_weights_source *source, size_t data_size, size_t *size)
+static unsigned char *assemble(const struct gnp_safetensors_source *source, size_t data_size, size_t *size)
 {
 	size_t header_size = 0, bytes;
 	char *header = make_header(source, &header_size);
@@ -138,10 +138,10 @@ static unsigned char *assemble(const struct gnp_weights_source *source, size_t d
 	return file;
 }
 
-gnp_status gnp_weights_encode(const char *name, const struct gnp_weights_source *source, void **bytes, size_t *size,
+gnp_status gnp_safetensors_encode(const char *name, const struct gnp_safetensors_source *source, void **bytes, size_t *size,
                               struct gnp_error *error)
 {
-	struct gnp_weights *check = NULL;
+	struct gnp_safetensors *check = NULL;
 	size_t data_size = 0, file_size = 0;
 	gnp_status status = check_sizes(name, source, &data_size, error);
 	if (status != GNP_OK)
@@ -149,8 +149,8 @@ gnp_status gnp_weights_encode(const char *name, const struct gnp_weights_source 
 	unsigned char *file = assemble(source, data_size, &file_size);
 	if (!file)
 		return gnp_no_memory(name, data_size, "bytes to write", error);
-	status = gnp_weights_decode(name, file, file_size, &check, error);
-	gnp_weights_free(check);
+	status = gnp_safetensors_decode(name, file, file_size, &check, error);
+	gnp_safetensors_free(check);
 	if (status != GNP_OK) {
 		free(file);
 		return status;
@@ -204,11 +204,11 @@ static gnp_status replace_file(const char *path, const void *bytes, size_t size,
 	return status;
 }
 
-gnp_status gnp_weights_save(const char *path, const struct gnp_weights_source *source, struct gnp_error *error)
+gnp_status gnp_safetensors_save(const char *path, const struct gnp_safetensors_source *source, struct gnp_error *error)
 {
 	void *bytes;
 	size_t size;
-	gnp_status status = gnp_weights_encode(path, source, &bytes, &size, error);
+	gnp_status status = gnp_safetensors_encode(path, source, &bytes, &size, error);
 	if (status != GNP_OK)
 		return status;
 	status = replace_file(path, bytes, size, error);

@@ -19,7 +19,7 @@ static const struct {
 	                         gnp_separable_mean_integral_backward, "lift", "convs.#.linear"},
 };
 
-struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *pattern, unsigned layer)
+struct gnp_linear_place gnp_trunk_place(const struct gnp_network *network, const char *pattern, unsigned layer)
 {
 	char name[64];
 	const char *mark = strchr(pattern, '#');
@@ -32,14 +32,14 @@ struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, cons
 	return (struct gnp_linear_place){row->offset, row->offset + row->count};
 }
 
-struct gnp_blocks gnp_trunk_blocks(const struct gnp_operator *network, struct gnp_linear_place place)
+struct gnp_blocks gnp_trunk_blocks(const struct gnp_network *network, struct gnp_linear_place place)
 {
 	const struct gnp_architecture *a = &network->architecture;
 	return (struct gnp_blocks){a->channels, a->width / a->channels, a->neurons, network->parameters + place.weight,
 	                           network->parameters + place.bias};
 }
 
-static size_t patch_nodes(const struct gnp_operator_batch *batch, size_t patch)
+static size_t patch_nodes(const struct gnp_network_batch *batch, size_t patch)
 {
 	return batch->start[patch + 1] - batch->start[patch];
 }
@@ -58,7 +58,7 @@ static void put_row(struct gnp_trunk_tape *tape, const float *features, size_t r
 }
 
 /* The rows of one patch from `row` on; the row after them is returned. */
-static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_operator_batch *batch, size_t patch, size_t row,
+static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_network_batch *batch, size_t patch, size_t row,
                             size_t *chosen, float *distance)
 {
 	const size_t features = tape->terms - 1, nodes = patch_nodes(batch, patch), inner = batch->inner[patch];
@@ -75,7 +75,7 @@ static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_operat
 	return row;
 }
 
-static bool lay_out(struct gnp_trunk_tape *tape, const struct gnp_operator *network, const struct gnp_operator_batch *batch,
+static bool lay_out(struct gnp_trunk_tape *tape, const struct gnp_network *network, const struct gnp_network_batch *batch,
                     struct gnp_scratch *scratch)
 {
 	const struct gnp_architecture *a = &network->architecture;
@@ -108,7 +108,7 @@ static bool lay_out(struct gnp_trunk_tape *tape, const struct gnp_operator *netw
 /* All layers but the last: values[layer + 1] from values[layer], in place where none of it is kept. */
 static bool hidden_layer(const struct gnp_trunk_pass *pass, unsigned layer, bool keep)
 {
-	const struct gnp_operator *network = pass->network;
+	const struct gnp_network *network = pass->network;
 	struct gnp_trunk_tape *tape = pass->tape;
 	size_t width = network->architecture.width, count = tape->rows * width;
 	struct gnp_linear_place mix = gnp_trunk_place(network, kinds[network->architecture.trunk].mix, layer);
@@ -141,7 +141,7 @@ static void mean_values(const struct gnp_trunk_tape *tape, size_t width, const f
 
 static bool last_layer(const struct gnp_trunk_pass *pass, float *mean)
 {
-	const struct gnp_operator *network = pass->network;
+	const struct gnp_network *network = pass->network;
 	struct gnp_trunk_tape *tape = pass->tape;
 	unsigned last = network->architecture.layers - 1;
 	size_t width = network->architecture.width, patches = tape->patches;
@@ -165,7 +165,7 @@ static bool last_layer(const struct gnp_trunk_pass *pass, float *mean)
 	return true;
 }
 
-static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_operator_batch *batch, bool keep, float *mean)
+static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_network_batch *batch, bool keep, float *mean)
 {
 	const struct gnp_architecture *a = &pass->network->architecture;
 	struct gnp_trunk_tape *tape = pass->tape;
@@ -183,7 +183,7 @@ static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_operator
 	return last_layer(pass, mean);
 }
 
-gnp_status gnp_trunk_forward(const struct gnp_operator *network, const struct gnp_operator_batch *batch, float *mean,
+gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
                              const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
@@ -199,7 +199,7 @@ gnp_status gnp_trunk_forward(const struct gnp_operator *network, const struct gn
 
 static bool last_layer_backward(const struct gnp_trunk_pass *pass, const float *dmean, float *dvalues)
 {
-	const struct gnp_operator *network = pass->network;
+	const struct gnp_network *network = pass->network;
 	const struct gnp_trunk_tape *tape = pass->tape;
 	const float *parameters = network->parameters;
 	float *gradient = pass->gradient;
@@ -229,7 +229,7 @@ static bool last_layer_backward(const struct gnp_trunk_pass *pass, const float *
 /* dvalues: in, of what comes out of the layer; out, of what goes in. dz: scratch of the same size. */
 static bool hidden_layer_backward(const struct gnp_trunk_pass *pass, unsigned layer, float *dvalues, float *dz)
 {
-	const struct gnp_operator *network = pass->network;
+	const struct gnp_network *network = pass->network;
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t width = network->architecture.width;
 	struct gnp_linear_place mix = gnp_trunk_place(network, kinds[network->architecture.trunk].mix, layer);
@@ -256,7 +256,7 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
 	return true;
 }
 
-gnp_status gnp_trunk_backward(const struct gnp_operator *network, const struct gnp_trunk_tape *tape, const float *dmean,
+gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
                               float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
@@ -290,7 +290,7 @@ static double separable_products(const struct gnp_architecture *a, unsigned laye
 	return (backward ? 2 : 1) * (nodes + sums + 2 * width * side * n);
 }
 
-double gnp_trunk_operations(const struct gnp_operator *network, const struct gnp_operator_batch *batch, bool backward)
+double gnp_trunk_operations(const struct gnp_network *network, const struct gnp_network_batch *batch, bool backward)
 {
 	const struct gnp_architecture *a = &network->architecture;
 	double count = 0;

@@ -19,14 +19,14 @@ struct gnp_trunk_tape;
 
 /* mean (patches, width): of the values of each patch's inner nodes. *tape lies in scratch, as long as what the caller marked before
  * it stays; NULL: not wanted, and nothing stays taken. GNP_OUT_OF_MEMORY, and then the outputs are undefined. */
-gnp_status gnp_trunk_forward(const struct gnp_operator *network, const struct gnp_operator_batch *batch, float *mean,
+gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
                              const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Adds d loss / d parameters to gradient (the layout's total), given dmean = d loss / d mean. GNP_OUT_OF_MEMORY. */
-gnp_status gnp_trunk_backward(const struct gnp_operator *network, const struct gnp_trunk_tape *tape, const float *dmean,
+gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
                               float *gradient, struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Floating-point operations in the matrix products of a forward pass, or of a backward pass. */
-double gnp_trunk_operations(const struct gnp_operator *network, const struct gnp_operator_batch *batch, bool backward);
+double gnp_trunk_operations(const struct gnp_network *network, const struct gnp_network_batch *batch, bool backward);
 
 #endif

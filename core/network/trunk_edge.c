@@ -12,7 +12,7 @@ struct kernel {
 	const float *source, *target, *bias; /* (n, 2 features) from the sources' and the targets' columns on; (n) */
 };
 
-static struct kernel kernel_of(const struct gnp_operator *network, unsigned layer)
+static struct kernel kernel_of(const struct gnp_network *network, unsigned layer)
 {
 	struct kernel kernel;
 	kernel.hidden = gnp_trunk_place(network, "model.convs.#.nn.layers.0", layer);

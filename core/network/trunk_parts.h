@@ -29,7 +29,7 @@ struct gnp_trunk_tape {
 
 /* One pass over a tape; gradient is NULL in the forward one. */
 struct gnp_trunk_pass {
-	const struct gnp_operator *network;
+	const struct gnp_network *network;
 	struct gnp_trunk_tape *tape;
 	float *gradient;
 	struct gnp_scratch *scratch;
@@ -39,8 +39,8 @@ struct gnp_trunk_pass {
 struct gnp_linear_place {
 	size_t weight, bias;
 };
-struct gnp_linear_place gnp_trunk_place(const struct gnp_operator *network, const char *pattern, unsigned layer);
-struct gnp_blocks gnp_trunk_blocks(const struct gnp_operator *network, struct gnp_linear_place place);
+struct gnp_linear_place gnp_trunk_place(const struct gnp_network *network, const char *pattern, unsigned layer);
+struct gnp_blocks gnp_trunk_blocks(const struct gnp_network *network, struct gnp_linear_place place);
 
 /* The integrals of a layer that is not the last: kept.z out, and back: dz (rows, width) -> dvalues (rows, width) += .
  * false: memory is exhausted. */

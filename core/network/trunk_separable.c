@@ -10,7 +10,7 @@ struct kernel {
 	struct gnp_blocks blocks;
 };
 
-static struct kernel kernel_of(const struct gnp_operator *network, unsigned layer, int which)
+static struct kernel kernel_of(const struct gnp_network *network, unsigned layer, int which)
 {
 	static const char *const names[2][3] = {
 		{"convs.#.kernel1.layers.0", "convs.#.kernel1.layers.1", "convs.#.kernel1.layers.2"},

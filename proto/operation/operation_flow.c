@@ -5,7 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/flow/flow.h"
-#include "core/flow/flow_settle.h"
+#include "core/flow/flow_setup.h"
 #include "proto/operation/operation_common.h"
 #include "proto/operation/operation_table.h"
 

@@ -1,4 +1,4 @@
-/* /v1/jobs: the verbs of jobs. Submitting, which checks the body, and deleting wait for the disk and are done at the desk; the rest is
+/* /v1/jobs: the verbs of jobs. Submitting, which checks the body, and deleting wait for the disk and are done by the disk queue; the rest is
  * answered at once. */
 #include <math.h>
 #include <stdio.h>

@@ -15,7 +15,7 @@ typedef gnp_status (*gnpd_handler)(struct gnpd_request *request, struct gnp_erro
 enum gnpd_where {
 	GNPD_AT_ONCE,   /* in the HTTP thread */
 	GNPD_ON_RUNNER, /* computes */
-	GNPD_AT_DESK    /* waits for the disk, not for those that compute */
+	GNPD_BY_DISK_QUEUE    /* waits for the disk, not for those that compute */
 };
 
 struct gnpd_route {

@@ -34,10 +34,10 @@ struct gnpd_server {
 	struct gnpd_notify *notify;        /* of the service manager; NULL without one */
 	struct gnp_prepared_cache *cache;  /* of operators */
 	struct gnpd_queue *queue;
-	struct gnpd_queue *desk;           /* of what waits for the disk */
+	struct gnpd_queue *disk_queue;           /* of what waits for the disk */
 	struct gnpd_watchers *watchers;
 	struct gnpd_jobs *jobs;
-	struct gnpd_reaper *reaper;
+	struct gnpd_connections *connections;
 	struct gnpd_heap heap;             /* main's */
 	struct gnp_buffer openapi;         /* written once */
 	unsigned boot;                     /* random, the first half of generated request ids */

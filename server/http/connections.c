@@ -26,7 +26,7 @@ struct gnpd_connection {
 	struct gnpd_tls_pair *pair;
 };
 
-struct gnpd_reaper {
+struct gnpd_connections {
 	struct gnpd_server *server;
 	pthread_mutex_t lock; /* held while a socket is touched, so that none is closed and reused meanwhile */
 	pthread_cond_t wake;
@@ -46,40 +46,40 @@ static void send_error(struct gnpd_connection *connection, const struct gnp_erro
 {
 	struct gnp_buffer answer = {0};
 	const char *id = connection->request ? connection->request->id : "";
-	if (!connection->origin.tls && gnpd_last_words(error, id, retry_after, &answer) == GNP_OK)
+	if (!connection->origin.tls && gnpd_late_reply(error, id, retry_after, &answer) == GNP_OK)
 		send(connection->fd, answer.data, answer.size, MSG_DONTWAIT | MSG_NOSIGNAL);
 	gnp_buffer_clear(&answer);
 }
 
 /* Lock held. Ends a connection that may not be: what it sent is not read. */
-static void refuse(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+static void refuse(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error)
 {
 	connection->cut = error->status;
-	send_error(connection, error, reaper->server->config->retry_after_seconds);
+	send_error(connection, error, connections->server->config->retry_after_seconds);
 	shutdown(connection->fd, SHUT_RDWR);
 }
 
 /* Lock held. */
-static size_t count_address(const struct gnpd_reaper *reaper, const struct gnpd_origin *origin)
+static size_t count_address(const struct gnpd_connections *connections, const struct gnpd_origin *origin)
 {
 	size_t count = 0;
-	for (const struct gnpd_connection *c = reaper->first; c; c = c->next)
+	for (const struct gnpd_connection *c = connections->first; c; c = c->next)
 		count += !c->origin.admin && c->cut == GNP_OK && strcmp(c->origin.remote, origin->remote) == 0;
 	return count;
 }
 
 /* Lock held. */
-static gnp_status check_address(const struct gnpd_reaper *reaper, const struct gnpd_origin *origin, struct gnp_error *error)
+static gnp_status check_address(const struct gnpd_connections *connections, const struct gnpd_origin *origin, struct gnp_error *error)
 {
-	size_t limit = reaper->server->config->max_connections_per_address;
-	if (!limit || origin->admin || !origin->remote[0] || count_address(reaper, origin) < limit)
+	size_t limit = connections->server->config->max_connections_per_address;
+	if (!limit || origin->admin || !origin->remote[0] || count_address(connections, origin) < limit)
 		return GNP_OK;
-	gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_ADDRESS);
+	gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_ADDRESS);
 	return gnp_error_set(error, GNP_LIMITED, "connections: %zu are open from %s, at most %zu may be (max-connections-per-address)",
 	                     limit, origin->remote, limit);
 }
 
-struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const struct gnpd_origin *origin)
+struct gnpd_connection *gnpd_connection_open(struct gnpd_connections *connections, int fd, const struct gnpd_origin *origin)
 {
 	struct gnpd_connection *connection = calloc(1, sizeof *connection);
 	struct gnp_error error = {0};
@@ -88,56 +88,56 @@ struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd,
 	connection->fd = fd;
 	connection->since = gnp_clock();
 	connection->origin = *origin;
-	connection->server = reaper->server;
-	pthread_mutex_lock(&reaper->lock);
-	if (check_address(reaper, origin, &error) != GNP_OK)
-		refuse(reaper, connection, &error);
-	connection->next = reaper->first;
-	if (reaper->first)
-		reaper->first->previous = connection;
-	reaper->first = connection;
-	reaper->count++;
-	pthread_mutex_unlock(&reaper->lock);
-	atomic_fetch_add(&reaper->server->metrics.accepted, 1);
-	atomic_fetch_add(&reaper->server->metrics.connections, 1);
+	connection->server = connections->server;
+	pthread_mutex_lock(&connections->lock);
+	if (check_address(connections, origin, &error) != GNP_OK)
+		refuse(connections, connection, &error);
+	connection->next = connections->first;
+	if (connections->first)
+		connections->first->previous = connection;
+	connections->first = connection;
+	connections->count++;
+	pthread_mutex_unlock(&connections->lock);
+	atomic_fetch_add(&connections->server->metrics.accepted, 1);
+	atomic_fetch_add(&connections->server->metrics.connections, 1);
 	return connection;
 }
 
-void gnpd_connection_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection)
+void gnpd_connection_close(struct gnpd_connections *connections, struct gnpd_connection *connection)
 {
-	pthread_mutex_lock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
 	if (connection->previous)
 		connection->previous->next = connection->next;
 	else
-		reaper->first = connection->next;
+		connections->first = connection->next;
 	if (connection->next)
 		connection->next->previous = connection->previous;
-	reaper->count--;
-	pthread_mutex_unlock(&reaper->lock);
-	atomic_fetch_sub(&reaper->server->metrics.connections, 1);
+	connections->count--;
+	pthread_mutex_unlock(&connections->lock);
+	atomic_fetch_sub(&connections->server->metrics.connections, 1);
 	gnpd_tls_pair_release(connection->pair);
 	free(connection);
 }
 
-void gnpd_connection_enter(struct gnpd_reaper *reaper, struct gnpd_connection *connection, enum gnpd_phase phase,
+void gnpd_connection_enter(struct gnpd_connections *connections, struct gnpd_connection *connection, enum gnpd_phase phase,
                            struct gnpd_request *request)
 {
 	double now = gnp_clock();
-	pthread_mutex_lock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
 	connection->phase = phase;
 	connection->since = now;
 	connection->request = request;
 	connection->received = 0;
 	if (request)
 		connection->used = true;
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 }
 
-void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection *connection, size_t received)
+void gnpd_connection_received(struct gnpd_connections *connections, struct gnpd_connection *connection, size_t received)
 {
-	pthread_mutex_lock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
 	connection->received = received;
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 }
 
 struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection)
@@ -159,44 +159,44 @@ struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connecti
 	return connection->pair;
 }
 
-double gnpd_reaper_silence(struct gnpd_reaper *reaper)
+double gnpd_connections_silence(struct gnpd_connections *connections)
 {
-	pthread_mutex_lock(&reaper->lock);
-	double seen = reaper->seen;
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
+	double seen = connections->seen;
+	pthread_mutex_unlock(&connections->lock);
 	return gnp_clock() - seen;
 }
 
-gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection)
+gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, const struct gnpd_connection *connection)
 {
-	pthread_mutex_lock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
 	gnp_status reason = connection->cut;
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 	return reason;
 }
 
 /* Lock held. */
-static void cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+static void cut(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error)
 {
 	if (connection->cut != GNP_OK)
 		return;
 	connection->cut = error->status;
 	if (connection->phase == GNPD_PHASE_HEADERS || connection->phase == GNPD_PHASE_BODY)
-		send_error(connection, error, reaper->server->config->retry_after_seconds);
+		send_error(connection, error, connections->server->config->retry_after_seconds);
 	shutdown(connection->fd, SHUT_RDWR);
 }
 
-void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error)
+void gnpd_connection_cut(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error)
 {
-	pthread_mutex_lock(&reaper->lock);
-	cut(reaper, connection, error);
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
+	cut(connections, connection, error);
+	pthread_mutex_unlock(&connections->lock);
 }
 
-bool gnpd_connection_half_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const void *data, size_t size)
+bool gnpd_connection_half_close(struct gnpd_connections *connections, struct gnpd_connection *connection, const void *data, size_t size)
 {
 	double now = gnp_clock();
-	pthread_mutex_lock(&reaper->lock);
+	pthread_mutex_lock(&connections->lock);
 	bool whole = connection->cut == GNP_OK;
 	whole = whole && (!size || send(connection->fd, data, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size);
 	if (!whole && connection->cut == GNP_OK)
@@ -204,7 +204,7 @@ bool gnpd_connection_half_close(struct gnpd_reaper *reaper, struct gnpd_connecti
 	shutdown(connection->fd, whole ? SHUT_WR : SHUT_RDWR);
 	connection->phase = GNPD_PHASE_LINGER;
 	connection->since = now;
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 	return whole;
 }
 
@@ -251,11 +251,11 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 
 /* Lock held. Stops the request's work; one that still waits is linked into *removed, to be run by the caller so that
  * it ends at once and its place in the queue is free. */
-static void stop_work(struct gnpd_reaper *reaper, struct gnpd_request *request, gnp_status reason,
+static void stop_work(struct gnpd_connections *connections, struct gnpd_request *request, gnp_status reason,
                       enum gnpd_cancel counted, struct gnpd_queued **removed)
 {
 	if (gnp_task_check(&request->work.task, NULL) == GNP_OK)
-		gnpd_metrics_cancel(&reaper->server->metrics, counted);
+		gnpd_metrics_cancel(&connections->server->metrics, counted);
 	gnp_task_stop(&request->work.task, reason);
 	if (request->withdraw(request)) {
 		request->queued.next = *removed;
@@ -285,22 +285,22 @@ static void end_stream(struct gnpd_connection *connection)
 }
 
 /* Lock held. One poll for all sockets but those that are being written to. */
-static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_queued **removed)
+static void probe_clients(struct gnpd_connections *connections, struct gnpd_queued **removed)
 {
 	nfds_t count = 0;
-	for (struct gnpd_connection *c = reaper->first; c && count < reaper->capacity; c = c->next)
+	for (struct gnpd_connection *c = connections->first; c && count < connections->capacity; c = c->next)
 		if (c->phase != GNPD_PHASE_REPLY) {
-			reaper->polls[count] = (struct pollfd){.fd = c->fd, .events = POLLRDHUP};
-			reaper->probed[count++] = c;
+			connections->polls[count] = (struct pollfd){.fd = c->fd, .events = POLLRDHUP};
+			connections->probed[count++] = c;
 		}
-	if (count && poll(reaper->polls, count, 0) <= 0)
+	if (count && poll(connections->polls, count, 0) <= 0)
 		return;
 	for (nfds_t i = 0; i < count; i++) {
-		struct gnpd_connection *connection = reaper->probed[i];
-		if (!(reaper->polls[i].revents & (POLLRDHUP | POLLHUP | POLLERR)))
+		struct gnpd_connection *connection = connections->probed[i];
+		if (!(connections->polls[i].revents & (POLLRDHUP | POLLHUP | POLLERR)))
 			continue;
 		if (connection->phase == GNPD_PHASE_WORK)
-			stop_work(reaper, connection->request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
+			stop_work(connections, connection->request, GNP_CANCELLED, GNPD_CANCEL_CLIENT_GONE, removed);
 		else if (connection->phase == GNPD_PHASE_STREAM)
 			end_stream(connection);
 		else
@@ -309,27 +309,27 @@ static void probe_clients(struct gnpd_reaper *reaper, struct gnpd_queued **remov
 }
 
 /* Lock held. */
-static void check_work_deadlines(struct gnpd_reaper *reaper, double now, struct gnpd_queued **removed)
+static void check_work_deadlines(struct gnpd_connections *connections, double now, struct gnpd_queued **removed)
 {
-	for (struct gnpd_connection *c = reaper->first; c; c = c->next)
+	for (struct gnpd_connection *c = connections->first; c; c = c->next)
 		if (c->phase == GNPD_PHASE_WORK && now > atomic_load(&c->request->work.deadline))
-			stop_work(reaper, c->request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
+			stop_work(connections, c->request, GNP_DEADLINE, GNPD_CANCEL_DEADLINE, removed);
 }
 
 /* Lock held. */
-static void check_deadlines(struct gnpd_reaper *reaper, double now)
+static void check_deadlines(struct gnpd_connections *connections, double now)
 {
-	for (struct gnpd_connection *c = reaper->first; c; c = c->next) {
+	for (struct gnpd_connection *c = connections->first; c; c = c->next) {
 		struct gnp_error error = {0};
-		if (c->cut != GNP_OK || check_deadline(reaper->server->config, c, now, &error) == GNP_OK)
+		if (c->cut != GNP_OK || check_deadline(connections->server->config, c, now, &error) == GNP_OK)
 			continue;
 		if (c->phase == GNPD_PHASE_HEADERS || (c->phase == GNPD_PHASE_IDLE && !c->used))
-			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_HEADERS);
+			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_HEADERS);
 		else if (c->phase == GNPD_PHASE_BODY)
-			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_BODY);
+			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_BODY);
 		else if (c->phase == GNPD_PHASE_REPLY || c->phase == GNPD_PHASE_STREAM)
-			gnpd_metrics_reject(&reaper->server->metrics, GNPD_REJECT_SLOW_REPLY);
-		cut(reaper, c, &error);
+			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_REPLY);
+		cut(connections, c, &error);
 	}
 }
 
@@ -344,82 +344,82 @@ static void run_removed(struct gnpd_queued *removed)
 	}
 }
 
-static void *reaper_main(void *argument)
+static void *connections_main(void *argument)
 {
-	struct gnpd_reaper *reaper = argument;
-	pthread_mutex_lock(&reaper->lock);
-	while (!reaper->stopping) {
+	struct gnpd_connections *connections = argument;
+	pthread_mutex_lock(&connections->lock);
+	while (!connections->stopping) {
 		struct gnpd_queued *removed = NULL;
 		double now = gnp_clock();
-		reaper->seen = now;
-		check_deadlines(reaper, now);
-		probe_clients(reaper, &removed);
-		check_work_deadlines(reaper, now, &removed);
+		connections->seen = now;
+		check_deadlines(connections, now);
+		probe_clients(connections, &removed);
+		check_work_deadlines(connections, now, &removed);
 		if (removed) {
-			pthread_mutex_unlock(&reaper->lock);
+			pthread_mutex_unlock(&connections->lock);
 			run_removed(removed);
-			pthread_mutex_lock(&reaper->lock);
+			pthread_mutex_lock(&connections->lock);
 		}
-		if (!reaper->stopping)
-			gnpd_clock_tick(&reaper->wake, &reaper->lock);
+		if (!connections->stopping)
+			gnpd_clock_tick(&connections->wake, &connections->lock);
 	}
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 	return NULL;
 }
 
-void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason)
+void gnpd_connections_stop_all(struct gnpd_connections *connections, gnp_status reason)
 {
 	struct gnpd_queued *removed = NULL;
 	struct gnp_error error = {0};
 	gnp_error_set(&error, reason, "%s", gnp_status_text(reason));
-	pthread_mutex_lock(&reaper->lock);
-	for (struct gnpd_connection *c = reaper->first; c; c = c->next) {
+	pthread_mutex_lock(&connections->lock);
+	for (struct gnpd_connection *c = connections->first; c; c = c->next) {
 		if (c->phase == GNPD_PHASE_WORK)
-			stop_work(reaper, c->request, reason, GNPD_CANCEL_SHUTDOWN, &removed);
+			stop_work(connections, c->request, reason, GNPD_CANCEL_SHUTDOWN, &removed);
 		else if (c->phase == GNPD_PHASE_HEADERS || c->phase == GNPD_PHASE_BODY)
-			cut(reaper, c, &error);
+			cut(connections, c, &error);
 	}
-	pthread_mutex_unlock(&reaper->lock);
+	pthread_mutex_unlock(&connections->lock);
 	run_removed(removed);
 }
 
-static void release(struct gnpd_reaper *reaper)
+static void release(struct gnpd_connections *connections)
 {
-	pthread_cond_destroy(&reaper->wake);
-	pthread_mutex_destroy(&reaper->lock);
-	free(reaper->polls);
-	free(reaper->probed);
-	free(reaper);
+	pthread_cond_destroy(&connections->wake);
+	pthread_mutex_destroy(&connections->lock);
+	free(connections->polls);
+	free(connections->probed);
+	free(connections);
 }
 
-gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **out, struct gnp_error *error)
+gnp_status gnpd_connections_create(struct gnpd_server *server, struct gnpd_connections **out, struct gnp_error *error)
 {
-	struct gnpd_reaper *reaper = calloc(1, sizeof *reaper);
-	if (!reaper)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: no memory");
-	gnpd_clock_init(&reaper->wake);
-	pthread_mutex_init(&reaper->lock, NULL);
-	reaper->server = server;
-	reaper->seen = gnp_clock();
-	reaper->capacity = server->config->max_connections + server->config->admin_connections;
-	reaper->polls = calloc(reaper->capacity, sizeof *reaper->polls);
-	reaper->probed = calloc(reaper->capacity, sizeof *reaper->probed);
-	if (!reaper->polls || !reaper->probed || pthread_create(&reaper->thread, NULL, reaper_main, reaper) != 0) {
-		release(reaper);
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "reaper: cannot start");
+	struct gnpd_connections *connections = calloc(1, sizeof *connections);
+	if (!connections)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "connections: no memory");
+	gnpd_clock_init(&connections->wake);
+	pthread_mutex_init(&connections->lock, NULL);
+	connections->server = server;
+	connections->seen = gnp_clock();
+	connections->capacity = server->config->max_connections + server->config->admin_connections;
+	connections->polls = calloc(connections->capacity, sizeof *connections->polls);
+	connections->probed = calloc(connections->capacity, sizeof *connections->probed);
+	if (!connections->polls || !connections->probed || pthread_create(&connections->thread, NULL, connections_main, connections) != 0) {
+		release(connections);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "connections: cannot start");
 	}
-	*out = reaper;
+	*out = connections;
 	return GNP_OK;
 }
 
-void gnpd_reaper_free(struct gnpd_reaper *reaper)
+void gnpd_connections_free(struct gnpd_connections *connections)
 {
-	if (!reaper)
+	if (!connections)
 		return;
-	pthread_mutex_lock(&reaper->lock);
-	reaper->stopping = true;
-	pthread_cond_signal(&reaper->wake);
-	pthread_mutex_unlock(&reaper->lock);
-	pthread_join(reaper->thread, NULL);
-	release(reaper);
+	pthread_mutex_lock(&connections->lock);
+	connections->stopping = true;
+	pthread_cond_signal(&connections->wake);
+	pthread_mutex_unlock(&connections->lock);
+	pthread_join(connections->thread, NULL);
+	release(connections);
 }

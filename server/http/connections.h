@@ -3,8 +3,8 @@
  *
  * Every 100 ms it cuts connections that are over a deadline of their phase, stops work that is over its time limit, and
  * cancels work whose client has gone (a client that shuts its sending side down counts as gone). */
-#ifndef GNPD_REAPER_H
-#define GNPD_REAPER_H
+#ifndef GNPD_CONNECTIONS_H
+#define GNPD_CONNECTIONS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -12,7 +12,7 @@
 #include "core/base/status.h"
 
 struct gnpd_connection;
-struct gnpd_reaper;
+struct gnpd_connections;
 struct gnpd_request;
 struct gnpd_server;
 struct gnpd_tls_pair;
@@ -28,9 +28,9 @@ enum gnpd_phase {
 };
 
 /* server must have its config, metrics and queue. */
-gnp_status gnpd_reaper_create(struct gnpd_server *server, struct gnpd_reaper **out, struct gnp_error *error);
+gnp_status gnpd_connections_create(struct gnpd_server *server, struct gnpd_connections **out, struct gnp_error *error);
 /* Joins the thread. No connection may be open any more. NULL is allowed. */
-void gnpd_reaper_free(struct gnpd_reaper *reaper);
+void gnpd_connections_free(struct gnpd_connections *connections);
 
 /* What kind of connection it is. */
 struct gnpd_origin {
@@ -41,14 +41,14 @@ struct gnpd_origin {
 
 /* NULL when memory is exhausted. fd stays the HTTP library's; close must be called before it closes it. One that is over
  * max-connections-per-address is told so and cut off; closing it is still up to the library. */
-struct gnpd_connection *gnpd_connection_open(struct gnpd_reaper *reaper, int fd, const struct gnpd_origin *origin);
-void gnpd_connection_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection);
+struct gnpd_connection *gnpd_connection_open(struct gnpd_connections *connections, int fd, const struct gnpd_origin *origin);
+void gnpd_connection_close(struct gnpd_connections *connections, struct gnpd_connection *connection);
 
 /* The connection enters a phase. request: the one it carries, NULL in GNPD_PHASE_IDLE. */
-void gnpd_connection_enter(struct gnpd_reaper *reaper, struct gnpd_connection *connection, enum gnpd_phase phase,
+void gnpd_connection_enter(struct gnpd_connections *connections, struct gnpd_connection *connection, enum gnpd_phase phase,
                            struct gnpd_request *request);
 /* received: bytes of body so far. */
-void gnpd_connection_received(struct gnpd_reaper *reaper, struct gnpd_connection *connection, size_t received);
+void gnpd_connection_received(struct gnpd_connections *connections, struct gnpd_connection *connection, size_t received);
 
 struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection);
 const char *gnpd_connection_remote(const struct gnpd_connection *connection);
@@ -56,21 +56,21 @@ const char *gnpd_connection_remote(const struct gnpd_connection *connection);
 /* Takes over the certificate a TLS connection began with, unless it has one; what it has, borrowed. */
 struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connection, struct gnpd_tls_pair *pair);
 
-/* The reason the reaper cut the connection, or GNP_OK. */
-gnp_status gnpd_connection_cut_reason(struct gnpd_reaper *reaper, const struct gnpd_connection *connection);
+/* The reason the connection was cut, or GNP_OK. */
+gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, const struct gnpd_connection *connection);
 
 /* Writes an error reply straight to the socket and shuts it down: the only way to answer in the middle of a body, where the
  * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */
-void gnpd_connection_cut(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const struct gnp_error *error);
+void gnpd_connection_cut(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error);
 
 /* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER. False when the connection
  * was cut before or the socket does not take all of it: then it is cut now. */
-bool gnpd_connection_half_close(struct gnpd_reaper *reaper, struct gnpd_connection *connection, const void *data, size_t size);
+bool gnpd_connection_half_close(struct gnpd_connections *connections, struct gnpd_connection *connection, const void *data, size_t size);
 
 /* Seconds since the watching thread was last seen at work. */
-double gnpd_reaper_silence(struct gnpd_reaper *reaper);
+double gnpd_connections_silence(struct gnpd_connections *connections);
 
 /* Stops the work of every request with a reason, and cuts the connections that are still sending one. */
-void gnpd_reaper_stop_all(struct gnpd_reaper *reaper, gnp_status reason);
+void gnpd_connections_stop_all(struct gnpd_connections *connections, gnp_status reason);
 
 #endif

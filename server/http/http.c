@@ -18,7 +18,7 @@
 #include "server/http/http_steps.h"
 
 /* A thread of a listener, with its share of the connections. */
-struct lane {
+struct http_thread {
 	struct gnpd_http *http;
 	struct MHD_Daemon *daemon;
 	struct gnpd_http_loop *loop;
@@ -29,7 +29,7 @@ struct gnpd_http {
 	struct gnpd_server *server;
 	bool admin, tls, named;
 	size_t count;
-	struct lane lanes[]; /* (count) */
+	struct http_thread threads[]; /* (count) */
 };
 
 static struct gnpd_connection *connection_of(struct MHD_Connection *http)
@@ -57,11 +57,11 @@ static void on_connection(void *context, struct MHD_Connection *http, void **slo
 		const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_CONNECTION_FD);
 		struct gnpd_origin origin = {.tls = listener->tls, .admin = listener->admin};
 		format_remote(http, origin.remote, sizeof origin.remote);
-		*slot = information ? gnpd_connection_open(server->reaper, information->connect_fd, &origin) : NULL;
+		*slot = information ? gnpd_connection_open(server->connections, information->connect_fd, &origin) : NULL;
 		if (information && !*slot) /* nobody would watch over it */
 			shutdown(information->connect_fd, SHUT_RDWR);
 	} else if (*slot) {
-		gnpd_connection_close(server->reaper, *slot);
+		gnpd_connection_close(server->connections, *slot);
 		*slot = NULL;
 	}
 }
@@ -87,19 +87,19 @@ static void refuse_query(struct gnpd_request *request)
 /* The first line has come. What it returns is the request's context until completion. */
 static void *on_uri(void *context, const char *uri, struct MHD_Connection *http)
 {
-	const struct lane *lane = context;
-	struct gnpd_server *server = lane->http->server;
+	const struct http_thread *thread = context;
+	struct gnpd_server *server = thread->http->server;
 	struct gnpd_connection *connection = connection_of(http);
 	struct gnpd_request *request = connection ? gnpd_request_create(server, uri) : NULL;
 	if (!request)
 		return NULL;
 	request->http = http;
-	request->loop = lane->loop;
-	request->admin = lane->http->admin;
-	request->named = lane->http->named;
+	request->loop = thread->loop;
+	request->admin = thread->http->admin;
+	request->named = thread->http->named;
 	request->connection = connection;
 	request->uri_size = strlen(uri);
-	gnpd_connection_enter(server->reaper, connection, GNPD_PHASE_HEADERS, request);
+	gnpd_connection_enter(server->connections, connection, GNPD_PHASE_HEADERS, request);
 	if (gnpd_query_count(request->target.query) > GNPD_QUERY_MAX)
 		refuse_query(request);
 	return request;
@@ -163,10 +163,10 @@ static int on_certificate(gnutls_session_t session, const struct gnutls_cert_ret
 	return 0;
 }
 
-/* Idle connections are the reaper's; the library's own timeout stays off. */
-static struct MHD_Daemon *start_daemon(struct lane *lane, int fd, size_t connections)
+/* Idle connections are cut by connections.c; the library's own timeout stays off. */
+static struct MHD_Daemon *start_daemon(struct http_thread *thread, int fd, size_t connections)
 {
-	struct gnpd_http *http = lane->http;
+	struct gnpd_http *http = thread->http;
 	const struct gnpd_config *config = http->server->config;
 	const unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
 	struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_PRIORITIES, 0, GNPD_TLS_PRIORITIES},
@@ -176,21 +176,21 @@ static struct MHD_Daemon *start_daemon(struct lane *lane, int fd, size_t connect
 		flags | (http->tls ? MHD_USE_TLS : 0), 0, NULL, NULL, on_request, http->server, MHD_OPTION_EXTERNAL_LOGGER,
 		on_library_message, http, MHD_OPTION_LISTEN_SOCKET, fd, MHD_OPTION_CONNECTION_LIMIT, (unsigned)connections,
 		MHD_OPTION_CONNECTION_MEMORY_LIMIT, config->connection_memory_bytes, MHD_OPTION_CONNECTION_MEMORY_INCREMENT,
-		config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, lane,
+		config->connection_memory_bytes / 4, MHD_OPTION_STRICT_FOR_CLIENT, 1, MHD_OPTION_URI_LOG_CALLBACK, on_uri, thread,
 		MHD_OPTION_NOTIFY_COMPLETED, on_completed, NULL, MHD_OPTION_NOTIFY_CONNECTION, on_connection, http, MHD_OPTION_ARRAY,
 		http->tls ? tls : tls + 2, MHD_OPTION_END);
 }
 
-/* The lane's socket is one of its own, on the same queue of clients: the library closes it. */
-static gnp_status start_lane(struct gnpd_http *http, struct lane *lane, int fd, size_t connections, struct gnp_error *error)
+/* The thread's socket is one of its own, on the same queue of clients: the library closes it. */
+static gnp_status start_thread(struct gnpd_http *http, struct http_thread *thread, int fd, size_t connections, struct gnp_error *error)
 {
 	int own = fcntl(fd, F_DUPFD_CLOEXEC, 0);
 	if (own < 0)
 		return gnp_error_set(error, GNP_IO, "http: %s", strerror(errno));
-	lane->http = http;
-	lane->daemon = start_daemon(lane, own, connections);
-	if (lane->daemon)
-		return gnpd_http_loop_start(lane->daemon, &lane->loop, error);
+	thread->http = http;
+	thread->daemon = start_daemon(thread, own, connections);
+	if (thread->daemon)
+		return gnpd_http_loop_start(thread->daemon, &thread->loop, error);
 	close(own);
 	return gnp_error_set(error, GNP_IO, "http: the library did not start");
 }
@@ -202,12 +202,12 @@ gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, 
 	size_t count = admin ? 1 : config->http_threads, connections = admin ? config->admin_connections : config->max_connections;
 	if (count > connections)
 		count = connections;
-	struct gnpd_http *http = calloc(1, sizeof *http + count * sizeof *http->lanes);
+	struct gnpd_http *http = calloc(1, sizeof *http + count * sizeof *http->threads);
 	gnp_status status = http ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "http: no memory");
 	if (http)
 		*http = (struct gnpd_http){.server = server, .admin = admin, .tls = tls, .named = named, .count = count};
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		status = start_lane(http, &http->lanes[i], fd, connections / count + (i < connections % count), error);
+		status = start_thread(http, &http->threads[i], fd, connections / count + (i < connections % count), error);
 	close(fd);
 	if (status == GNP_OK)
 		*out = http;
@@ -221,9 +221,9 @@ void gnpd_http_stop(struct gnpd_http *http)
 	if (!http)
 		return;
 	for (size_t i = 0; i < http->count; i++)
-		gnpd_http_loop_stop(http->lanes[i].loop);
+		gnpd_http_loop_stop(http->threads[i].loop);
 	for (size_t i = 0; i < http->count; i++)
-		if (http->lanes[i].daemon)
-			MHD_stop_daemon(http->lanes[i].daemon);
+		if (http->threads[i].daemon)
+			MHD_stop_daemon(http->threads[i].daemon);
 	free(http);
 }

@@ -58,10 +58,10 @@ void gnpd_http_cut(struct gnpd_request *request, const struct gnp_error *error)
 	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_GNUTLS_SESSION);
 	struct gnp_buffer answer = {0};
 	double retry_after = request->server->config->retry_after_seconds;
-	if (information && information->tls_session && gnpd_last_words(error, request->id, retry_after, &answer) == GNP_OK)
+	if (information && information->tls_session && gnpd_late_reply(error, request->id, retry_after, &answer) == GNP_OK)
 		gnpd_tls_send_last(information->tls_session, answer.data, answer.size);
 	gnp_buffer_clear(&answer);
-	gnpd_connection_cut(request->server->reaper, request->connection, error);
+	gnpd_connection_cut(request->server->connections, request->connection, error);
 }
 
 /* Under TLS through the session, on this thread, which serves it. False: the connection has ended. */
@@ -73,7 +73,7 @@ static bool answer_at_once(struct gnpd_request *request)
 	bool whole = gnpd_http_reply_text(request, &answer) == GNP_OK;
 	if (whole && tls)
 		gnpd_tls_send_last(information->tls_session, answer.data, answer.size);
-	whole = whole && gnpd_connection_half_close(request->server->reaper, request->connection, answer.data, tls ? 0 : answer.size);
+	whole = whole && gnpd_connection_half_close(request->server->connections, request->connection, answer.data, tls ? 0 : answer.size);
 	gnp_buffer_clear(&answer);
 	return whole;
 }
@@ -97,7 +97,7 @@ enum MHD_Result gnpd_http_body(struct gnpd_request *request, const char *data, s
 		request->lingered += size;
 		return request->lingered <= request->server->config->linger_bytes ? MHD_YES : MHD_NO;
 	}
-	gnpd_connection_received(request->server->reaper, request->connection, request->received);
+	gnpd_connection_received(request->server->connections, request->connection, request->received);
 	if (request->step == GNPD_STEP_BODY && append_body(request, data, size, &error) != GNP_OK)
 		refuse_body(request, &error);
 	else if (request->step == GNPD_STEP_DISCARD)

@@ -11,7 +11,7 @@
 
 struct header_walk {
 	struct gnpd_request *request;
-	struct gnpd_strict strict;
+	struct gnpd_framing framing;
 	const char *id;
 };
 
@@ -20,7 +20,7 @@ static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const c
 	struct header_walk *walk = context;
 	struct gnpd_request *request = walk->request;
 	(void)kind;
-	gnpd_strict_header(&walk->strict, name, value);
+	gnpd_framing_header(&walk->framing, name, value);
 	if (!value)
 		return MHD_YES;
 	if (strcasecmp(name, "Content-Type") == 0)
@@ -153,13 +153,13 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 	size_t discard = request->server->config->discard_bytes;
 	strncpy(request->method, method, sizeof request->method - 1);
 	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
-	/* The headers are in: the reaper, which quotes the id in what it answers, lets go of the request while that changes. */
-	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_HEADERS, NULL);
+	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of the request while that changes. */
+	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_HEADERS, NULL);
 	gnpd_request_set_id(request, walk.id);
 	if (request->target.authority)
 		request->site.host = request->target.authority; /* whatever Host says (RFC 9112 3.2.2) */
-	gnpd_strict_size(&walk.strict, strlen(method) + request->uri_size + strlen(version) + strlen("  \r\n"), header_size(request->http));
-	if (gnpd_strict_finish(&walk.strict, version, &error) != GNP_OK) {
+	gnpd_framing_size(&walk.framing, strlen(method) + request->uri_size + strlen(version) + strlen("  \r\n"), header_size(request->http));
+	if (gnpd_framing_finish(&walk.framing, version, &error) != GNP_OK) {
 		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
 		request->reply.close = true;
 		gnpd_reply_error(request, &error);
@@ -167,7 +167,7 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 	}
 	request->active = true;
 	atomic_fetch_add(&request->server->active, 1);
-	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_BODY, request);
+	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_BODY, request);
 	if (check_admission(request, &error) == GNP_OK) {
 		request->step = takes_body(request) ? GNPD_STEP_BODY : GNPD_STEP_DISCARD;
 		return MHD_YES;

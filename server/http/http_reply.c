@@ -62,7 +62,7 @@ enum MHD_Result gnpd_http_reply(struct gnpd_request *request)
 	}
 	request->step = GNPD_STEP_SENT;
 	gnpd_request_leave(request);
-	gnpd_connection_enter(request->server->reaper, request->connection, reply->stream ? GNPD_PHASE_STREAM : GNPD_PHASE_REPLY, request);
+	gnpd_connection_enter(request->server->connections, request->connection, reply->stream ? GNPD_PHASE_STREAM : GNPD_PHASE_REPLY, request);
 	enum MHD_Result result = MHD_queue_response(request->http, (unsigned)reply->code, response);
 	MHD_destroy_response(response);
 	return result;
@@ -117,7 +117,7 @@ static void settle(struct gnpd_request *request, enum MHD_RequestTerminationCode
 		request->status = reply->code == 413 ? GNP_TOO_LARGE : GNP_INVALID_ARGUMENT;
 		return;
 	}
-	gnp_status reason = gnpd_connection_cut_reason(request->server->reaper, request->connection);
+	gnp_status reason = gnpd_connection_cut_reason(request->server->connections, request->connection);
 	request->status = reason == GNP_OK ? GNP_CANCELLED : reason;
 	reply->code = gnp_status_http(request->status);
 }
@@ -137,7 +137,7 @@ void gnpd_http_finish(struct gnpd_request *request, enum MHD_RequestTerminationC
 		gnpd_principal_count(request->who, request->reply.code, request->status == GNP_OK ? request->work.call.points : 0);
 	if (server->config->access_log)
 		log_request(request, seconds);
-	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_IDLE, NULL);
+	gnpd_connection_enter(server->connections, request->connection, GNPD_PHASE_IDLE, NULL);
 	if (request->active)
 		atomic_fetch_sub(&server->active, 1);
 	gnpd_request_free(request);

@@ -21,7 +21,7 @@ enum MHD_Result gnpd_http_linger(struct gnpd_request *request);
 /* Answers where the library takes no reply, and ends the connection. */
 void gnpd_http_cut(struct gnpd_request *request, const struct gnp_error *error);
 
-/* http_work.c: the body is whole. Answers, or suspends the connection until a runner, the desk or a job's end has an answer. */
+/* http_work.c: the body is whole. Answers, or suspends the connection until a runner, the disk queue or a job's end has an answer. */
 enum MHD_Result gnpd_http_answer(struct gnpd_request *request);
 /* The queue in which the request's work waits. */
 struct gnpd_queue *gnpd_http_queue(const struct gnpd_request *request);

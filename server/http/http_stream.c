@@ -29,7 +29,7 @@ static ssize_t read_events(void *context, uint64_t position, char *data, size_t 
 {
 	struct gnpd_request *request = context;
 	(void)position;
-	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_STREAM, request);
+	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_STREAM, request);
 	ssize_t size = gnpd_watch_read(&request->watch, data, most, suspend);
 	if (size < 0)
 		return MHD_CONTENT_READER_END_OF_STREAM;

@@ -25,14 +25,14 @@ static void resume(struct gnpd_request *request)
 {
 	struct gnpd_server *server = request->server;
 	request->step = GNPD_STEP_REPLY;
-	gnpd_connection_enter(server->reaper, request->connection, GNPD_PHASE_REPLY, request);
+	gnpd_connection_enter(server->connections, request->connection, GNPD_PHASE_REPLY, request);
 	gnpd_http_loop_resume(request->loop, request->http);
 	atomic_fetch_sub(&server->suspended, 1);
 }
 
 struct gnpd_queue *gnpd_http_queue(const struct gnpd_request *request)
 {
-	return request->route->work == GNPD_AT_DESK ? request->server->desk : request->server->queue;
+	return request->route->work == GNPD_BY_DISK_QUEUE ? request->server->disk_queue : request->server->queue;
 }
 
 static bool withdraw_from_queue(struct gnpd_request *request)
@@ -57,7 +57,7 @@ static void suspend(struct gnpd_request *request)
 	request->submitted = gnp_clock();
 	atomic_fetch_add(&request->server->suspended, 1);
 	MHD_suspend_connection(request->http);
-	gnpd_connection_enter(request->server->reaper, request->connection, GNPD_PHASE_WORK, request);
+	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_WORK, request);
 }
 
 /* Suspends first: the runner may be done before submit returns. */

@@ -17,7 +17,7 @@ static const char *phrase(int code)
 	}
 }
 
-gnp_status gnpd_last_words(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer)
+gnp_status gnpd_late_reply(const struct gnp_error *error, const char *id, double retry_after, struct gnp_buffer *answer)
 {
 	struct gnp_buffer body = {0};
 	char retry[48] = "", echo[GNPD_ID_MAX + 24] = "";

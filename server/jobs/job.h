@@ -30,7 +30,7 @@ struct gnpd_job {
 	double began;                  /* gnp_clock() */
 	struct gnpd_job_progress progress;
 	unsigned version;
-	double again;                  /* gnp_clock() before which the clerk lets it be; the clerk's */
+	double again;                  /* gnp_clock() before which job_expiry does not try it again; its own */
 };
 
 struct gnpd_jobs {
@@ -44,7 +44,7 @@ struct gnpd_jobs {
 	pthread_cond_t change;          /* of what jobs on their runners may wait for */
 	uint64_t changes;
 	atomic_size_t patient;          /* those that wait for memory */
-	pthread_cond_t wake;            /* of the clerk */
+	pthread_cond_t wake;            /* of the thread of job_expiry */
 	struct gnpd_queue *queue;
 	struct gnpd_job **items;        /* (count), by id */
 	size_t count, capacity;
@@ -52,9 +52,9 @@ struct gnpd_jobs {
 	size_t memory;                  /* that those that run have reserved */
 	int64_t last;                   /* microseconds of the newest id */
 	bool opening;                   /* what an earlier process left is still being queued, and none of it runs yet */
-	bool parking, stopping, clerk_runs;
-	double silent_until;            /* gnp_clock() before which the clerk does not complain again; the clerk's */
-	pthread_t clerk;
+	bool parking, stopping, expiry_runs;
+	double silent_until;            /* gnp_clock() before which job_expiry does not complain again; its own */
+	pthread_t expiry;
 	struct gnpd_jobs_counts counts; /* but for states and bytes */
 };
 
@@ -105,8 +105,8 @@ void gnpd_job_leave(struct gnpd_job *job);
 /* job_run.c: what the queue calls. */
 void gnpd_job_run(struct gnpd_queued *queued);
 /* job_clerk.c */
-void *gnpd_job_clerk(void *jobs);
+void *gnpd_job_expiry(void *jobs);
 /* Removes the oldest job that expired and can be removed, if the table is full. */
-void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs);
+void gnpd_job_expiry_make_room(struct gnpd_jobs *jobs);
 
 #endif

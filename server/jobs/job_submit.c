@@ -130,7 +130,7 @@ static void make_room(struct gnpd_jobs *jobs, const struct gnpd_job *job)
 	bool is_new = !same_key(jobs, job);
 	pthread_mutex_unlock(&jobs->lock);
 	if (is_new)
-		gnpd_job_clerk_make_room(jobs);
+		gnpd_job_expiry_make_room(jobs);
 }
 
 /* Takes the job in as one that arrives, or finds the one that is there already (*existing, a reference). */

@@ -332,10 +332,10 @@ gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error)
 	jobs->opening = false;
 	gnpd_jobs_changed(jobs);
 	pthread_mutex_unlock(&jobs->lock);
-	int fault = pthread_create(&jobs->clerk, NULL, gnpd_job_clerk, jobs);
+	int fault = pthread_create(&jobs->expiry, NULL, gnpd_job_expiry, jobs);
 	if (fault)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no thread: %s", strerror(fault));
-	jobs->clerk_runs = true;
+	jobs->expiry_runs = true;
 	return GNP_OK;
 }
 
@@ -364,15 +364,15 @@ void gnpd_jobs_park(struct gnpd_jobs *jobs)
 	pthread_mutex_unlock(&jobs->lock);
 }
 
-static void stop_clerk(struct gnpd_jobs *jobs)
+static void stop_expiry(struct gnpd_jobs *jobs)
 {
-	if (!jobs->clerk_runs)
+	if (!jobs->expiry_runs)
 		return;
 	pthread_mutex_lock(&jobs->lock);
 	jobs->stopping = true;
 	pthread_cond_signal(&jobs->wake);
 	pthread_mutex_unlock(&jobs->lock);
-	pthread_join(jobs->clerk, NULL);
+	pthread_join(jobs->expiry, NULL);
 }
 
 void gnpd_jobs_free(struct gnpd_jobs *jobs)
@@ -381,7 +381,7 @@ void gnpd_jobs_free(struct gnpd_jobs *jobs)
 		return;
 	gnpd_jobs_park(jobs);
 	gnpd_queue_free(jobs->queue);
-	stop_clerk(jobs);
+	stop_expiry(jobs);
 	gnpd_queue_tell(jobs->server->queue, NULL, NULL);
 	for (size_t i = 0; i < jobs->count; i++)
 		gnpd_job_free(jobs->items[i]);

@@ -124,7 +124,7 @@ static gnp_status published_model(bool second, struct gnp_model *model, struct g
 	gnp_random_seed(&random, 1, 1);
 	for (size_t i = 0; i < layout.total; i++)
 		parameters[i] = (float)(0.1 * (gnp_random_uniform(&random) - 0.5));
-	status = gnp_operator_create(&model->architecture, parameters, &model->network, error);
+	status = gnp_network_create(&model->architecture, parameters, &model->network, error);
 	free(parameters);
 	return status;
 }
@@ -228,7 +228,7 @@ static gnp_status timed_runs(const struct bench_case *test, const struct gnp_clo
 		status = set_model(test, models, &published, &options, error);
 	if (status == GNP_OK)
 		status = time_runs(test, &options, cloud, pool, row, error);
-	gnp_operator_free(published.network);
+	gnp_network_free(published.network);
 	gnp_models_release(models);
 	return status;
 }

@@ -395,7 +395,7 @@ def test_drain_time_is_bounded():
 
 
 def test_the_end_while_the_desk_is_asked():
-    """What had come to the desk when the sockets' threads ended was answered on connections that were gone."""
+    """What had come to the disk queue when the sockets' threads ended was answered on connections that were gone."""
     request = harness.make_request("DELETE", "/v1/jobs/000000000000000000000000000000")
 
     def ask(server, over):

@@ -136,7 +136,7 @@ def test_pairs_that_are_no_good():
 
 
 def test_no_plain_text_in_the_stream():
-    """The answers that go past the library: in the middle of a body over the session, and none at all from the reaper."""
+    """The answers that go past the library: in the middle of a body over the session, and none at all from the thread that cuts connections."""
     with Kit(discard_bytes=1000, max_body_bytes=10_000, header_seconds=0.5, body_grace_seconds=0.3, min_body_rate=100_000) as kit:
         with kit.connect() as s:
             s.sendall(b"POST /v1/estimate HTTP/1.1\r\nHost: localhost\r\nTransfer-Encoding: chunked\r\n\r\n" + (b"1000\r\n" + b"x" * 4096 + b"\r\n") * 4)

@@ -13,7 +13,7 @@
 #include "tests/fuzz/fuzz.h"
 
 struct head {
-	struct gnpd_strict strict;
+	struct gnpd_framing framing;
 	struct gnpd_request *request;
 	const char *id;
 };
@@ -26,7 +26,7 @@ static void take_header(struct head *head, char *line)
 		*colon = '\0';
 		value = colon + 1 + strspn(colon + 1, " \t");
 	}
-	gnpd_strict_header(&head->strict, line, value);
+	gnpd_framing_header(&head->framing, line, value);
 	if (!value)
 		return;
 	if (strcasecmp(line, "Content-Type") == 0)
@@ -140,7 +140,7 @@ static void handle(struct gnpd_request *request, char *line, char *rest, struct 
 	for (char *header = strtok_r(rest, "\n", &save); header; header = strtok_r(NULL, "\n", &save))
 		take_header(&head, header);
 	gnpd_request_set_id(request, head.id);
-	gnp_status status = gnpd_strict_finish(&head.strict, version ? version : "HTTP/1.1", error);
+	gnp_status status = gnpd_framing_finish(&head.framing, version ? version : "HTTP/1.1", error);
 	check_headers(request);
 	check_target(&request->target);
 	if (status == GNP_OK)

@@ -304,14 +304,14 @@ enum { NOTES = 12, NOTE_BYTES = 256 };
 struct notes {
 	size_t count;
 	char text[NOTES][NOTE_BYTES];
-	struct gnp_weights_metadata list[NOTES];
+	struct gnp_safetensors_metadata list[NOTES];
 };
 
 /* Room for the text of one more. */
 static char *add_note(struct notes *notes, const char *key)
 {
 	char *text = notes->text[notes->count];
-	notes->list[notes->count++] = (struct gnp_weights_metadata){key, text};
+	notes->list[notes->count++] = (struct gnp_safetensors_metadata){key, text};
 	return text;
 }
 

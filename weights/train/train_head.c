@@ -6,15 +6,15 @@
 
 /* ---- Pooled, the paper's: the tensor basis of degree 3 ---- */
 
-static struct gnp_operator_batch batch_of(const struct gnp_train_patches *patches)
+static struct gnp_network_batch batch_of(const struct gnp_train_patches *patches)
 {
-	return (struct gnp_operator_batch){patches->count, patches->start, patches->inner, patches->nodes};
+	return (struct gnp_network_batch){patches->count, patches->start, patches->inner, patches->nodes};
 }
 
-static gnp_status pooled_forward(const struct gnp_operator *network, const struct gnp_train_patches *patches,
+static gnp_status pooled_forward(const struct gnp_network *network, const struct gnp_train_patches *patches,
                                  double *coefficients, void **tape, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	struct gnp_operator_batch batch = batch_of(patches);
+	struct gnp_network_batch batch = batch_of(patches);
 	const struct gnp_pooled_tape *taped = NULL;
 	size_t count = patches->count * network->architecture.outputs;
 	float *single = gnp_scratch_take(scratch, count, sizeof *single);
@@ -28,7 +28,7 @@ static gnp_status pooled_forward(const struct gnp_operator *network, const struc
 	return status;
 }
 
-static gnp_status pooled_backward(const struct gnp_operator *network, const struct gnp_train_patches *patches, const void *tape,
+static gnp_status pooled_backward(const struct gnp_network *network, const struct gnp_train_patches *patches, const void *tape,
                                   const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
                                   struct gnp_error *error)
 {
@@ -41,9 +41,9 @@ static gnp_status pooled_backward(const struct gnp_operator *network, const stru
 	return gnp_pooled_backward(network, tape, single, gradient, scratch, error);
 }
 
-static double pooled_operations(const struct gnp_operator *network, const struct gnp_train_patches *patches)
+static double pooled_operations(const struct gnp_network *network, const struct gnp_train_patches *patches)
 {
-	struct gnp_operator_batch batch = batch_of(patches);
+	struct gnp_network_batch batch = batch_of(patches);
 	return gnp_trunk_operations(network, &batch, false) + gnp_trunk_operations(network, &batch, true);
 }
 

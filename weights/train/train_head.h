@@ -9,11 +9,11 @@
 struct gnp_train_head {
 	struct gnp_basis basis; /* of its surfaces */
 	/* As of train_network.h, with the operator of the parameters taken last; calibrate may be NULL. */
-	gnp_status (*forward)(const struct gnp_operator *network, const struct gnp_train_patches *patches, double *coefficients,
+	gnp_status (*forward)(const struct gnp_network *network, const struct gnp_train_patches *patches, double *coefficients,
 	                      void **tape, struct gnp_scratch *scratch, struct gnp_error *error);
-	gnp_status (*backward)(const struct gnp_operator *network, const struct gnp_train_patches *patches, const void *tape,
+	gnp_status (*backward)(const struct gnp_network *network, const struct gnp_train_patches *patches, const void *tape,
 	                       const double *dcoefficients, float *gradient, struct gnp_scratch *scratch, struct gnp_error *error);
-	double (*operations)(const struct gnp_operator *network, const struct gnp_train_patches *patches);
+	double (*operations)(const struct gnp_network *network, const struct gnp_train_patches *patches);
 	gnp_status (*calibrate)(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
 	                        const struct gnp_train_patches *sets, size_t count, float *parameters, struct gnp_scratch *scratch,
 	                        struct gnp_error *error);

@@ -4,12 +4,12 @@
 
 #include "weights/train/train_head.h"
 
-gnp_status gnp_train_projection_forward(const struct gnp_operator *network, const struct gnp_train_patches *patches,
+gnp_status gnp_train_projection_forward(const struct gnp_network *network, const struct gnp_train_patches *patches,
                                         double *coefficients, void **tape, struct gnp_scratch *scratch, struct gnp_error *error);
-gnp_status gnp_train_projection_backward(const struct gnp_operator *network, const struct gnp_train_patches *patches, const void *tape,
+gnp_status gnp_train_projection_backward(const struct gnp_network *network, const struct gnp_train_patches *patches, const void *tape,
                                          const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
                                          struct gnp_error *error);
-double gnp_train_projection_operations(const struct gnp_operator *network, const struct gnp_train_patches *patches);
+double gnp_train_projection_operations(const struct gnp_network *network, const struct gnp_train_patches *patches);
 gnp_status gnp_train_projection_calibrate(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
                                           const struct gnp_train_patches *sets, size_t count, float *parameters,
                                           struct gnp_scratch *scratch, struct gnp_error *error);

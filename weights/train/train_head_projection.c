@@ -21,7 +21,7 @@ static double unit_of(const struct gnp_patch *patch)
 	return patch->scale_xy / patch->scale_w;
 }
 
-gnp_status gnp_train_projection_forward(const struct gnp_operator *network, const struct gnp_train_patches *patches,
+gnp_status gnp_train_projection_forward(const struct gnp_network *network, const struct gnp_train_patches *patches,
                                         double *coefficients, void **tape, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct gnp_projected *projected = gnp_scratch_take(scratch, 1, sizeof *projected);
@@ -39,7 +39,7 @@ gnp_status gnp_train_projection_forward(const struct gnp_operator *network, cons
 	return status;
 }
 
-gnp_status gnp_train_projection_backward(const struct gnp_operator *network, const struct gnp_train_patches *patches, const void *tape,
+gnp_status gnp_train_projection_backward(const struct gnp_network *network, const struct gnp_train_patches *patches, const void *tape,
                                          const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
                                          struct gnp_error *error)
 {
@@ -52,11 +52,11 @@ gnp_status gnp_train_projection_backward(const struct gnp_operator *network, con
 	return gnp_projected_backward(network, tape, d, gradient, scratch, error);
 }
 
-double gnp_train_projection_operations(const struct gnp_operator *network, const struct gnp_train_patches *patches)
+double gnp_train_projection_operations(const struct gnp_network *network, const struct gnp_train_patches *patches)
 {
 	enum { PATCHES = 1 };
 	const size_t start[PATCHES + 1] = {0, GNP_PROJECTION_NODES}, inner[PATCHES] = {GNP_PROJECTION_NODES};
-	const struct gnp_operator_batch one = {PATCHES, start, inner, NULL};
+	const struct gnp_network_batch one = {PATCHES, start, inner, NULL};
 	return (double)patches->count * (gnp_trunk_operations(network, &one, false) + gnp_trunk_operations(network, &one, true));
 }
 

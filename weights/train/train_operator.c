@@ -10,7 +10,7 @@ struct state {
 	struct gnp_architecture architecture;
 	struct gnp_layout layout;
 	const struct gnp_train_head *head;
-	struct gnp_operator *network; /* of the parameters last taken; NULL before */
+	struct gnp_network *network; /* of the parameters last taken; NULL before */
 };
 
 static void initialize(const void *context, uint64_t seed, float *parameters)
@@ -29,9 +29,9 @@ static gnp_status calibrate(const void *context, const struct gnp_train_patches 
 static gnp_status load(void *context, const float *parameters, struct gnp_error *error)
 {
 	struct state *state = context;
-	gnp_operator_free(state->network);
+	gnp_network_free(state->network);
 	state->network = NULL;
-	return gnp_operator_create(&state->architecture, parameters, &state->network, error);
+	return gnp_network_create(&state->architecture, parameters, &state->network, error);
 }
 
 static gnp_status forward(const void *context, const struct gnp_train_patches *patches, double *coefficients, void **tape,
@@ -90,7 +90,7 @@ void gnp_train_operator_close(struct gnp_train_network *network)
 {
 	struct state *state = network->state;
 	if (state)
-		gnp_operator_free(state->network);
+		gnp_network_free(state->network);
 	free(state);
 	*network = (struct gnp_train_network){.state = NULL};
 }

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <unistd.h>
 
-#include "core/cloud/strays.h"
+#include "core/cloud/isolated.h"
 #include "core/cloud/thin.h"
 #include "core/estimate/filter.h"
 #include "core/flow/conformal.h"

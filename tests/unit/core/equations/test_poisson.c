@@ -182,10 +182,10 @@ static void fixed_points_keep_their_values(void)
 	free(fixed);
 }
 
-/* Two spheres far apart, of different radii, and a few strays between them. */
+/* Two spheres far apart, of different radii, and a few isolated points between them. */
 static void each_part_of_a_cloud_has_a_mean_of_its_own(void)
 {
-	enum { N = 3000, STRAYS = 5, ALL = 2 * N + STRAYS };
+	enum { N = 3000, ALONE = 5, ALL = 2 * N + ALONE };
 	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = N, .seed = 7}, pool);
 	double *points = malloc(6 * ALL * sizeof *points), *normals = points + 3 * ALL, *source = malloc(2 * ALL * sizeof *source), *solution = source + ALL;
 	for (size_t i = 0; i < ALL; i++) {
@@ -202,13 +202,13 @@ static void each_part_of_a_cloud_has_a_mean_of_its_own(void)
 		source[i] = i < N ? 2 * points[3 * i + 2] + 5 : i < 2 * N ? points[3 * i + 2] / 2 - 7 : 0; /* u = z + const on both */
 	}
 	struct gnp_cloud cloud = {ALL, points, normals};
-	for (int strays = 0; strays <= 1; strays++) {
+	for (int alone = 0; alone <= 1; alone++) {
 		struct gnp_poisson_options options = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_DIRECT);
 		struct gnp_poisson_report report;
-		cloud.count = strays ? ALL : 2 * N;
+		cloud.count = alone ? ALL : 2 * N;
 		struct gnp_poisson *poisson = prepare(&cloud, &options);
 		struct gnp_poisson_info info = gnp_poisson_info(poisson);
-		CHECK(info.components == 2 && info.isolated == (strays ? STRAYS : 0));
+		CHECK(info.components == 2 && info.isolated == (alone ? ALONE : 0));
 		CHECK(gnp_poisson_solve(poisson, source, NULL, 1, pool, NULL, solution, &report, NULL) == GNP_OK);
 		CHECK(report.mean_removed);
 		CHECK_NEAR(report.mean, -7, 0.05);

@@ -233,7 +233,7 @@ static void spoil(struct gnp_sample *sample, double least, double most)
 	}
 }
 
-/* Normals that strays have of their own are any. */
+/* Normals that isolated points have of their own are any. */
 static void spoil_normals(struct gnp_sample *sample, double *normals)
 {
 	struct gnp_random random;

@@ -278,7 +278,7 @@ static double off_surface_rms(const struct gnp_sample *sample, const struct gnp_
 	return sqrt(sum / (double)filter->kept);
 }
 
-/* The model for noise looks for no outliers itself, and stray points without normals turn from all about them. */
+/* The model for noise looks for no outliers itself, and isolated points without normals turn from all about them. */
 static void strays_in_noise_are_found(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 12000, .seed = 3, .noise = 3e-3, .outlier_fraction = 0.03, .outlier_noise = 0.06});
@@ -287,13 +287,13 @@ static void strays_in_noise_are_found(void)
 	struct gnp_filter filter;
 	CHECK(gnp_filter_run(&cloud, &options, pool, NULL, &filter, NULL) == GNP_OK);
 	CHECK(filter.dropped_consensus > 0);
-	size_t stray = 0, kept = 0;
+	size_t isolated = 0, kept = 0;
 	for (size_t i = 0; i < sample.count; i++) {
 		bool far = off_surface(&sample, sample.points + 3 * i, i) > 0.02;
-		stray += far;
+		isolated += far;
 		kept += far && filter.keep[i];
 	}
-	CHECK(stray > 200 && kept <= 0.03 * (double)stray);
+	CHECK(isolated > 200 && kept <= 0.03 * (double)isolated);
 	gnp_filter_clear(&filter);
 	gnp_sample_clear(&sample);
 }

@@ -257,7 +257,7 @@ static void check_coefficients(const struct gnp_cloud *cloud, const struct gnp_m
 	for (size_t i = 0; i < start[1]; i++)
 		for (int c = 0; c < 3; c++)
 			nodes[3 * i + (size_t)c] = (float)order[i][c + 1];
-	const struct gnp_operator_batch batch = {1, start, &inner, nodes};
+	const struct gnp_network_batch batch = {1, start, &inner, nodes};
 	CHECK(gnp_pooled_forward(model->network, &batch, want, NULL, scratch, NULL) == GNP_OK);
 	for (size_t i = 0; i < OUTPUTS; i++)
 		largest = fmax(largest, fabs((double)want[i]));

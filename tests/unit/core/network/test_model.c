@@ -32,7 +32,7 @@ static float *draw_parameters(const struct gnp_architecture *architecture, struc
 	return parameters;
 }
 
-static gnp_status save(const char *name, const struct gnp_architecture *architecture, const struct gnp_weights_metadata *more,
+static gnp_status save(const char *name, const struct gnp_architecture *architecture, const struct gnp_safetensors_metadata *more,
                        size_t more_count, struct gnp_error *error)
 {
 	struct gnp_layout layout;
@@ -54,7 +54,7 @@ static void remove_file(const char *name)
 
 static void a_model_that_was_saved_is_loaded(void)
 {
-	static const struct gnp_weights_metadata more[] = {{"training_seed", "42"}, {"note", "a test"}, {"validation_mean_curvature", "0.01"}};
+	static const struct gnp_safetensors_metadata more[] = {{"training_seed", "42"}, {"note", "a test"}, {"validation_mean_curvature", "0.01"}};
 	struct gnp_model *model = NULL;
 	struct gnp_error error = {0};
 	struct gnp_layout layout;
@@ -75,7 +75,7 @@ static void a_model_that_was_saved_is_loaded(void)
 		CHECK(model->recipe.k == 30 && model->recipe.buffer == 1.25 && model->recipe.height_scale == 2);
 		CHECK(model->recipe.delta0_ratio == 0.13 && model->recipe.delta0 == 0);
 		CHECK(memcmp(model->network->parameters, parameters, layout.total * sizeof(float)) == 0);
-		CHECK_STRING(gnp_weights_metadata_find(model->file, "training_seed"), "42");
+		CHECK_STRING(gnp_safetensors_metadata_find(model->file, "training_seed"), "42");
 		free(parameters);
 	}
 	gnp_model_free(model);
@@ -102,7 +102,7 @@ static void the_shells_of_a_projection_are_kept(void)
 		snprintf(path, sizeof path, "%s/p.safetensors", folder);
 		CHECK(gnp_model_load(path, &model, NULL) == GNP_OK);
 		if (model) {
-			CHECK_STRING(gnp_weights_metadata_find(model->file, "shells"), rows[i].text);
+			CHECK_STRING(gnp_safetensors_metadata_find(model->file, "shells"), rows[i].text);
 			CHECK(model->architecture.head == GNP_HEAD_PROJECTION && model->architecture.shells == rows[i].count);
 			CHECK(model->architecture.ridge == architecture.ridge);
 			CHECK(memcmp(model->architecture.shell, architecture.shell, rows[i].count * sizeof *architecture.shell) == 0);
@@ -116,17 +116,17 @@ static void shells_that_are_no_list_are_refused(void)
 {
 	static const char *const bad[] = {"", ",", "30,", ",30", "30,,50", "30 50", "30,-50", "a", "9,10,11,12,13,14,15,16,17"};
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
-		const struct gnp_weights_metadata metadata[] = {
+		const struct gnp_safetensors_metadata metadata[] = {
 			{"gnp_format", "1"}, {"trunk", "edge"}, {"head", "projection"}, {"features", "3"}, {"width", "8"}, {"channels", "2"},
 			{"neurons", "5"}, {"layers", "2"}, {"quadrature", "4"}, {"head_width", "6"}, {"outputs", "10"}, {"shells", bad[i]}};
-		const struct gnp_weights_source source = {metadata, sizeof metadata / sizeof metadata[0], NULL, 0};
-		struct gnp_weights *file = NULL;
+		const struct gnp_safetensors_source source = {metadata, sizeof metadata / sizeof metadata[0], NULL, 0};
+		struct gnp_safetensors *file = NULL;
 		struct gnp_model *model = NULL;
 		struct gnp_error error = {0};
 		void *bytes = NULL;
 		size_t size = 0;
-		CHECK(gnp_weights_encode("p", &source, &bytes, &size, NULL) == GNP_OK);
-		CHECK(gnp_weights_decode("p", bytes, size, &file, NULL) == GNP_OK);
+		CHECK(gnp_safetensors_encode("p", &source, &bytes, &size, NULL) == GNP_OK);
+		CHECK(gnp_safetensors_decode("p", bytes, size, &file, NULL) == GNP_OK);
 		CHECK(gnp_model_create_take(file, &model, &error) == GNP_INVALID_ARGUMENT && !model);
 		CHECK_CONTAINS(error.text, "p: metadata \"shells\": got");
 		free(bytes);
@@ -135,7 +135,7 @@ static void shells_that_are_no_list_are_refused(void)
 
 /* ---- Files that are wrong in one place ---- */
 
-static const struct gnp_weights_metadata good[] = {
+static const struct gnp_safetensors_metadata good[] = {
 	{"gnp_format", "1"}, {"trunk", "edge"}, {"head", "pooled"}, {"features", "3"}, {"width", "8"}, {"channels", "2"},
 	{"neurons", "5"}, {"layers", "2"}, {"quadrature", "4"}, {"head_width", "6"}, {"outputs", "16"}, {"k", "30"}, {"buffer", "1.25"},
 	{"height_scale", "2"}, {"delta0", "0.005"}, {"regime", "clean"}, {"format", "pt"}};
@@ -151,8 +151,8 @@ struct fault {
 
 static void check_fault(const struct fault *fault)
 {
-	struct gnp_weights_metadata metadata[GOOD + 1];
-	struct gnp_weights_tensor tensors[GNP_PARAMETER_ROWS_MAX];
+	struct gnp_safetensors_metadata metadata[GOOD + 1];
+	struct gnp_safetensors_tensor tensors[GNP_PARAMETER_ROWS_MAX];
 	struct gnp_layout layout;
 	size_t metadata_count = 0, tensor_count = 0;
 	bool replaced = !fault->key;
@@ -163,28 +163,28 @@ static void check_fault(const struct fault *fault)
 		if (!hit)
 			metadata[metadata_count++] = good[i];
 		else if (fault->value)
-			metadata[metadata_count++] = (struct gnp_weights_metadata){fault->key, fault->value};
+			metadata[metadata_count++] = (struct gnp_safetensors_metadata){fault->key, fault->value};
 	}
 	if (!replaced)
-		metadata[metadata_count++] = (struct gnp_weights_metadata){fault->key, fault->value};
+		metadata[metadata_count++] = (struct gnp_safetensors_metadata){fault->key, fault->value};
 	for (size_t i = 0; i < layout.rows; i++) {
 		const struct gnp_parameter_row *row = &layout.row[i];
-		struct gnp_weights_tensor *tensor = &tensors[tensor_count];
+		struct gnp_safetensors_tensor *tensor = &tensors[tensor_count];
 		bool hit = fault->tensor && strcmp(row->name, fault->tensor) == 0;
-		*tensor = (struct gnp_weights_tensor){.name = hit && fault->rename ? fault->rename : row->name, .rank = row->rank,
+		*tensor = (struct gnp_safetensors_tensor){.name = hit && fault->rename ? fault->rename : row->name, .rank = row->rank,
 		                                      .data = parameters + row->offset};
 		for (size_t d = 0; d < row->rank; d++)
 			tensor->shape[d] = row->shape[hit && fault->transpose ? row->rank - 1 - d : d];
 		tensor_count += !hit || fault->rename || fault->transpose;
 	}
-	const struct gnp_weights_source source = {metadata, metadata_count, tensors, tensor_count};
-	struct gnp_weights *file = NULL;
+	const struct gnp_safetensors_source source = {metadata, metadata_count, tensors, tensor_count};
+	struct gnp_safetensors *file = NULL;
 	struct gnp_model *model = NULL;
 	struct gnp_error error = {0};
 	void *bytes = NULL;
 	size_t size = 0;
-	CHECK(gnp_weights_encode("w/bad.safetensors", &source, &bytes, &size, &error) == GNP_OK);
-	CHECK(bytes && gnp_weights_decode("w/bad.safetensors", bytes, size, &file, &error) == GNP_OK);
+	CHECK(gnp_safetensors_encode("w/bad.safetensors", &source, &bytes, &size, &error) == GNP_OK);
+	CHECK(bytes && gnp_safetensors_decode("w/bad.safetensors", bytes, size, &file, &error) == GNP_OK);
 	if (file) {
 		gnp_status status = gnp_model_create_take(file, &model, &error);
 		CHECK(status == (fault->part ? GNP_INVALID_ARGUMENT : GNP_OK));
@@ -273,13 +273,13 @@ static void damaged_headers_are_answered(void)
 	gnp_random_seed(&random, 11, 0);
 	for (int round = 0; round < 4000; round++) {
 		static const char telling[] = "0123456789-.,eE[]{}\"_ abcdefghijklmnopqrstuvwxyz";
-		struct gnp_weights *weights = NULL;
+		struct gnp_safetensors *weights = NULL;
 		struct gnp_model *model = NULL;
 		struct gnp_error error = {0};
 		size_t at = 8 + (size_t)gnp_random_below(&random, header);
 		unsigned char before = bytes[at];
 		bytes[at] = (unsigned char)telling[gnp_random_below(&random, sizeof telling - 1)];
-		if (gnp_weights_decode("w/d.safetensors", bytes, size, &weights, &error) == GNP_OK)
+		if (gnp_safetensors_decode("w/d.safetensors", bytes, size, &weights, &error) == GNP_OK)
 			gnp_model_create_take(weights, &model, &error);
 		CHECK(!model == (error.status != GNP_OK));
 		if (!model)
@@ -295,7 +295,7 @@ static void damaged_headers_are_answered(void)
 
 static void what_no_reader_takes_is_not_saved(void)
 {
-	static const struct gnp_weights_metadata unknown = {"heihgt", "1"};
+	static const struct gnp_safetensors_metadata unknown = {"heihgt", "1"};
 	struct gnp_error key = {0}, range = {0};
 	CHECK(save("no", &edge, &unknown, 1, &key) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(key.text, "no.safetensors: metadata \"heihgt\": unknown key");

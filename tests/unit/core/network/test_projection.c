@@ -404,17 +404,17 @@ struct chain {
 static double chain_loss(const struct chain *c, float *gradient)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(c->scratch);
-	struct gnp_operator *network = NULL;
+	struct gnp_network *network = NULL;
 	struct gnp_projected projected;
 	double sum = 0;
-	CHECK(gnp_operator_create(&c->architecture, c->parameters, &network, NULL) == GNP_OK);
+	CHECK(gnp_network_create(&c->architecture, c->parameters, &network, NULL) == GNP_OK);
 	CHECK(gnp_projected_describe(&c->architecture, c->patches, PATCHES, all_usable, NULL, &projected, c->scratch, NULL) == GNP_OK);
 	CHECK(gnp_projected_solve(network, gradient != NULL, &projected, c->scratch, NULL) == GNP_OK);
 	for (size_t i = 0; i < PATCHES * SIZE; i++)
 		sum += c->along[i] * projected.fits[i / SIZE].coefficients[i % SIZE];
 	if (gradient)
 		CHECK(gnp_projected_backward(network, &projected, c->along, gradient, c->scratch, NULL) == GNP_OK);
-	gnp_operator_free(network);
+	gnp_network_free(network);
 	gnp_scratch_release(c->scratch, mark);
 	return sum;
 }

@@ -136,7 +136,7 @@ static struct gnp_patch take_patch(size_t p, size_t k, size_t count, double heig
 	return patch;
 }
 
-static void check_projection(const char *name, const struct gnp_operator *network, size_t k)
+static void check_projection(const char *name, const struct gnp_network *network, size_t k)
 {
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
 	const struct gnp_architecture *a = &network->architecture;
@@ -181,7 +181,7 @@ static void check_pooled(const char *name, const struct gnp_model *model)
 			node[2] = (float)(10 * patch.w[i]);
 		}
 	}
-	struct gnp_operator_batch batch = {PATCHES, start, inner, nodes};
+	struct gnp_network_batch batch = {PATCHES, start, inner, nodes};
 	CHECK(gnp_pooled_forward(model->network, &batch, got, NULL, scratch, NULL) == GNP_OK);
 	for (size_t i = 0; i < PATCHES * OUTPUTS; i++)
 		coefficients[i] = (double)got[i];
@@ -199,7 +199,7 @@ static void check_formula(enum gnp_trunk_kind trunk, const char *name)
 	struct gnp_architecture a = {.trunk = trunk, .head = GNP_HEAD_PROJECTION, .features = 5, .width = 12, .channels = 3, .neurons = 10,
 		.layers = 3, .quadrature = 9, .head_width = 14, .outputs = ORDERS + 3, .shells = 3, .shell = {60, 120, 240}, .ridge = 2e-5};
 	struct gnp_layout layout;
-	struct gnp_operator *network = NULL;
+	struct gnp_network *network = NULL;
 	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
 	float *parameters = malloc(layout.total * sizeof *parameters);
 	for (size_t r = 0; r < layout.rows; r++) {
@@ -211,9 +211,9 @@ static void check_formula(enum gnp_trunk_kind trunk, const char *name)
 			                              : strcmp(row->name, "head.4.bias") == 0    ? -1
 			                                                                         : (float)(bound * (2 * uniform(r, i) - 1));
 	}
-	CHECK(gnp_operator_create(&a, parameters, &network, NULL) == GNP_OK);
+	CHECK(gnp_network_create(&a, parameters, &network, NULL) == GNP_OK);
 	check_projection(name, network, 30);
-	gnp_operator_free(network);
+	gnp_network_free(network);
 	free(parameters);
 }
 

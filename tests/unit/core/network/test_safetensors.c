@@ -14,29 +14,29 @@ static int rounds = 3000;
 static const float scalar = -2.5f;
 static const float lift[12] = {-.625f, -.5f, -.375f, -.25f, -.125f, 0, .125f, .25f, .375f, .5f, .625f, .75f};
 static const float edges[3] = {0x1p-149f, 0x1.fffffep127f, -0.0f};
-static const struct gnp_weights_metadata metadata[] = {
+static const struct gnp_safetensors_metadata metadata[] = {
 	{"note", "quotes \" and \\, caf\xc3\xa9"}, {"trunk", "edge"}, {"empty", ""}};
-static const struct gnp_weights_tensor tensors[] = {
+static const struct gnp_safetensors_tensor tensors[] = {
 	{"scalar", 0, {0}, 1, &scalar}, {"lift.weight", 2, {4, 3}, 12, lift}, {"b", 1, {3}, 3, edges}};
-static const struct gnp_weights_source source = {metadata, 3, tensors, 3};
+static const struct gnp_safetensors_source source = {metadata, 3, tensors, 3};
 
-static void check_same(const struct gnp_weights *weights)
+static void check_same(const struct gnp_safetensors *weights)
 {
-	CHECK(gnp_weights_tensor_count(weights) == 3);
+	CHECK(gnp_safetensors_tensor_count(weights) == 3);
 	for (size_t i = 0; i < 3; i++) {
-		const struct gnp_weights_tensor *want = &tensors[i], *got = gnp_weights_tensor_at(weights, i);
-		CHECK(got && got == gnp_weights_tensor_find(weights, want->name));
+		const struct gnp_safetensors_tensor *want = &tensors[i], *got = gnp_safetensors_tensor_at(weights, i);
+		CHECK(got && got == gnp_safetensors_tensor_find(weights, want->name));
 		if (!got)
 			continue;
 		CHECK_STRING(got->name, want->name);
 		CHECK(got->rank == want->rank && got->count == want->count);
 		CHECK(memcmp(got->shape, want->shape, want->rank * sizeof *want->shape) == 0);
 		CHECK(memcmp(got->data, want->data, want->count * sizeof(float)) == 0);
-		CHECK(gnp_weights_metadata_at(weights, i) != NULL);
-		CHECK_STRING(gnp_weights_metadata_find(weights, metadata[i].key), metadata[i].value);
+		CHECK(gnp_safetensors_metadata_at(weights, i) != NULL);
+		CHECK_STRING(gnp_safetensors_metadata_find(weights, metadata[i].key), metadata[i].value);
 	}
-	CHECK(!gnp_weights_tensor_at(weights, 3) && !gnp_weights_metadata_at(weights, 3));
-	CHECK(!gnp_weights_tensor_find(weights, "lift") && !gnp_weights_metadata_find(weights, "trun"));
+	CHECK(!gnp_safetensors_tensor_at(weights, 3) && !gnp_safetensors_metadata_at(weights, 3));
+	CHECK(!gnp_safetensors_tensor_find(weights, "lift") && !gnp_safetensors_metadata_find(weights, "trun"));
 }
 
 /* The digest by another program. */
@@ -54,35 +54,35 @@ static void check_digest(const char *path, const char *digest)
 static void a_file_of_numpys_is_read(void)
 {
 	static const char path[] = "tests/oracles/data/numpy.safetensors"; /* tests run in the repository's root */
-	struct gnp_weights *weights = NULL;
+	struct gnp_safetensors *weights = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_weights_load(path, &weights, &error) == GNP_OK);
+	CHECK(gnp_safetensors_load(path, &weights, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	if (!weights)
 		return;
 	check_same(weights);
-	CHECK_STRING(gnp_weights_path(weights), path);
-	check_digest(path, gnp_weights_sha256(weights));
-	gnp_weights_drop_tensors(weights);
-	CHECK(gnp_weights_tensor_count(weights) == 0 && !gnp_weights_tensor_at(weights, 0) && !gnp_weights_tensor_find(weights, "b"));
-	CHECK_STRING(gnp_weights_metadata_find(weights, "trunk"), "edge");
-	gnp_weights_free(weights);
+	CHECK_STRING(gnp_safetensors_path(weights), path);
+	check_digest(path, gnp_safetensors_sha256(weights));
+	gnp_safetensors_drop_tensors(weights);
+	CHECK(gnp_safetensors_tensor_count(weights) == 0 && !gnp_safetensors_tensor_at(weights, 0) && !gnp_safetensors_tensor_find(weights, "b"));
+	CHECK_STRING(gnp_safetensors_metadata_find(weights, "trunk"), "edge");
+	gnp_safetensors_free(weights);
 }
 
 static void what_is_written_is_read_by_us_and_by_numpy(void)
 {
 	char folder[] = "/tmp/gnp-weights-XXXXXX", path[64], command[160];
-	struct gnp_weights *weights = NULL;
+	struct gnp_safetensors *weights = NULL;
 	CHECK(mkdtemp(folder) != NULL);
 	snprintf(path, sizeof path, "%s/a.safetensors", folder);
 	for (int again = 0; again < 2; again++) /* the second time over the first */
-		CHECK(gnp_weights_save(path, &source, NULL) == GNP_OK);
-	CHECK(gnp_weights_load(path, &weights, NULL) == GNP_OK);
+		CHECK(gnp_safetensors_save(path, &source, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_load(path, &weights, NULL) == GNP_OK);
 	if (weights) {
 		check_same(weights);
-		check_digest(path, gnp_weights_sha256(weights));
+		check_digest(path, gnp_safetensors_sha256(weights));
 	}
-	gnp_weights_free(weights);
+	gnp_safetensors_free(weights);
 	if (system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0) {
 		snprintf(command, sizeof command, "/usr/bin/python3 tests/oracles/oracle_safetensors.py check %s", path);
 		CHECK(system(command) == 0);
@@ -93,23 +93,23 @@ static void what_is_written_is_read_by_us_and_by_numpy(void)
 
 static void the_order_of_metadata_makes_no_difference(void)
 {
-	const struct gnp_weights_metadata turned[] = {metadata[2], metadata[0], metadata[1]};
-	const struct gnp_weights_source other = {turned, 3, tensors, 3};
+	const struct gnp_safetensors_metadata turned[] = {metadata[2], metadata[0], metadata[1]};
+	const struct gnp_safetensors_source other = {turned, 3, tensors, 3};
 	void *a = NULL, *b = NULL;
 	size_t size = 0, other_size = 0;
-	CHECK(gnp_weights_encode("a", &source, &a, &size, NULL) == GNP_OK);
-	CHECK(gnp_weights_encode("a", &other, &b, &other_size, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_encode("a", &source, &a, &size, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_encode("a", &other, &b, &other_size, NULL) == GNP_OK);
 	CHECK(a && b && size == other_size && memcmp(a, b, size) == 0);
 	free(a);
 	free(b);
 }
 
-static void check_source_refused(const struct gnp_weights_source *bad, const char *part)
+static void check_source_refused(const struct gnp_safetensors_source *bad, const char *part)
 {
 	struct gnp_error error = {0};
 	void *bytes = NULL;
 	size_t size;
-	CHECK(gnp_weights_encode("out", bad, &bytes, &size, &error) != GNP_OK);
+	CHECK(gnp_safetensors_encode("out", bad, &bytes, &size, &error) != GNP_OK);
 	CHECK_CONTAINS(error.text, "out: ");
 	CHECK_CONTAINS(error.text, part);
 	CHECK(bytes == NULL);
@@ -119,18 +119,18 @@ static void check_source_refused(const struct gnp_weights_source *bad, const cha
 static void what_no_reader_takes_is_not_written(void)
 {
 	const float bad = NAN;
-	const struct gnp_weights_metadata twice[] = {{"k", "1"}, {"k", "2"}}, latin = {"k", "caf\xe9"};
-	const struct gnp_weights_tensor nan = {"x", 0, {0}, 1, &bad}, deep = {"x", 9, {1}, 1, &scalar},
+	const struct gnp_safetensors_metadata twice[] = {{"k", "1"}, {"k", "2"}}, latin = {"k", "caf\xe9"};
+	const struct gnp_safetensors_tensor nan = {"x", 0, {0}, 1, &bad}, deep = {"x", 9, {1}, 1, &scalar},
 	                                huge = {"x", 2, {SIZE_MAX / 2, 9}, 1, &scalar}, empty = {"x", 1, {0}, 0, NULL},
 	                                same[] = {tensors[0], tensors[0]}, line = {"a\nb", 0, {0}, 1, &scalar};
-	check_source_refused(&(struct gnp_weights_source){twice, 2, tensors, 1}, "duplicate");
-	check_source_refused(&(struct gnp_weights_source){&latin, 1, tensors, 1}, "unable to decode byte 0xe9");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, &nan, 1}, "tensor \"x\": value 0: got nan");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, &deep, 1}, "rank 9");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, &huge, 1}, "tensor \"x\"");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, &empty, 1}, "shape: got [0], need");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, same, 2}, "duplicate");
-	check_source_refused(&(struct gnp_weights_source){NULL, 0, &line, 1}, "control characters");
+	check_source_refused(&(struct gnp_safetensors_source){twice, 2, tensors, 1}, "duplicate");
+	check_source_refused(&(struct gnp_safetensors_source){&latin, 1, tensors, 1}, "unable to decode byte 0xe9");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, &nan, 1}, "tensor \"x\": value 0: got nan");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, &deep, 1}, "rank 9");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, &huge, 1}, "tensor \"x\"");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, &empty, 1}, "shape: got [0], need");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, same, 2}, "duplicate");
+	check_source_refused(&(struct gnp_safetensors_source){NULL, 0, &line, 1}, "control characters");
 }
 
 /* A header's length, the header, and a number of bytes of data, in memory of their exact size. */
@@ -148,12 +148,12 @@ static unsigned char *make_file(uint64_t length, const char *header, size_t data
 static void check_refused(const unsigned char *file, size_t size, const char *part)
 {
 	struct gnp_error error = {0};
-	struct gnp_weights *weights = NULL;
-	CHECK(gnp_weights_decode("bad.safetensors", file, size, &weights, &error) == GNP_INVALID_ARGUMENT);
+	struct gnp_safetensors *weights = NULL;
+	CHECK(gnp_safetensors_decode("bad.safetensors", file, size, &weights, &error) == GNP_INVALID_ARGUMENT);
 	CHECK(error.status == GNP_INVALID_ARGUMENT && weights == NULL);
 	CHECK_CONTAINS(error.text, "bad.safetensors: ");
 	CHECK_CONTAINS(error.text, part);
-	gnp_weights_free(weights);
+	gnp_safetensors_free(weights);
 }
 
 #define A(shape, offsets) "\"a\":{\"dtype\":\"F32\",\"shape\":" shape ",\"data_offsets\":" offsets "}"
@@ -227,12 +227,12 @@ static void hostile_headers_are_refused_by_name(void)
 static void quotes_and_braces_in_names_are_no_nesting(void)
 {
 	static const char header[] = "{\"[[[[[[\\\"{{{{{\\\\\":{\"dtype\":\"F32\",\"shape\":[],\"data_offsets\":[0,4]}}   ";
-	struct gnp_weights *weights = NULL;
+	struct gnp_safetensors *weights = NULL;
 	size_t size;
 	unsigned char *file = make_file(sizeof header - 1, header, 4, &size);
-	CHECK(gnp_weights_decode("a", file, size, &weights, NULL) == GNP_OK);
-	CHECK(weights && gnp_weights_tensor_find(weights, "[[[[[[\"{{{{{\\"));
-	gnp_weights_free(weights);
+	CHECK(gnp_safetensors_decode("a", file, size, &weights, NULL) == GNP_OK);
+	CHECK(weights && gnp_safetensors_tensor_find(weights, "[[[[[[\"{{{{{\\"));
+	gnp_safetensors_free(weights);
 	free(file);
 }
 
@@ -280,17 +280,17 @@ static void the_first_value_that_is_no_number_is_named(void)
 static void paths_that_hold_no_file_are_named(void)
 {
 	char fifo[] = "/tmp/gnp-weights-XXXXXX";
-	struct gnp_weights *weights = NULL;
+	struct gnp_safetensors *weights = NULL;
 	struct gnp_error none = {0}, folder = {0}, pipe_error = {0};
-	CHECK(gnp_weights_load("tests/oracles/data/none.safetensors", &weights, &none) == GNP_IO);
+	CHECK(gnp_safetensors_load("tests/oracles/data/none.safetensors", &weights, &none) == GNP_IO);
 	CHECK_STRING(none.text, "tests/oracles/data/none.safetensors: No such file or directory");
-	CHECK(gnp_weights_load("tests/oracles/data", &weights, &folder) == GNP_IO);
+	CHECK(gnp_safetensors_load("tests/oracles/data", &weights, &folder) == GNP_IO);
 	CHECK_STRING(folder.text, "tests/oracles/data: need a regular file");
 	CHECK(mkdtemp(fifo) && rmdir(fifo) == 0 && mkfifo(fifo, 0600) == 0);
-	CHECK(gnp_weights_load(fifo, &weights, &pipe_error) == GNP_IO);
+	CHECK(gnp_safetensors_load(fifo, &weights, &pipe_error) == GNP_IO);
 	CHECK_CONTAINS(pipe_error.text, "need a regular file");
 	unlink(fifo);
-	CHECK(gnp_weights_save("tests/no/such/folder", &source, &(struct gnp_error){0}) == GNP_IO);
+	CHECK(gnp_safetensors_save("tests/no/such/folder", &source, &(struct gnp_error){0}) == GNP_IO);
 }
 
 static uint64_t next_random(uint64_t *state)
@@ -326,21 +326,21 @@ static void damaged_files_are_answered(void)
 	void *bytes = NULL;
 	size_t size = 0, taken = 0;
 	uint64_t state = 0x9e3779b97f4a7c15u;
-	CHECK(gnp_weights_encode("a", &source, &bytes, &size, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_encode("a", &source, &bytes, &size, NULL) == GNP_OK);
 	for (int i = 0; i < rounds && bytes; i++) {
-		struct gnp_weights *weights = NULL;
+		struct gnp_safetensors *weights = NULL;
 		struct gnp_error error = {0};
 		size_t kept;
 		float sum = 0;
 		unsigned char *copy = damage(bytes, size, &state, &kept);
-		gnp_status status = gnp_weights_decode("a", copy, kept, &weights, &error);
+		gnp_status status = gnp_safetensors_decode("a", copy, kept, &weights, &error);
 		CHECK(status == GNP_OK ? weights && !error.text[0] : !weights && error.text[0] && error.status == status);
-		for (size_t t = 0; weights && t < gnp_weights_tensor_count(weights); t++) /* every value is there and finite */
-			for (size_t j = 0; j < gnp_weights_tensor_at(weights, t)->count; j++)
-				sum += 0 * gnp_weights_tensor_at(weights, t)->data[j];
+		for (size_t t = 0; weights && t < gnp_safetensors_tensor_count(weights); t++) /* every value is there and finite */
+			for (size_t j = 0; j < gnp_safetensors_tensor_at(weights, t)->count; j++)
+				sum += 0 * gnp_safetensors_tensor_at(weights, t)->data[j];
 		CHECK(sum == 0);
 		taken += weights != NULL;
-		gnp_weights_free(weights);
+		gnp_safetensors_free(weights);
 		free(copy);
 	}
 	CHECK(taken > (size_t)rounds / 50 && taken < (size_t)rounds); /* damage that matters and damage that does not */

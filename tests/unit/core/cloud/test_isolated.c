@@ -1,4 +1,4 @@
-#include "core/cloud/strays.h"
+#include "core/cloud/isolated.h"
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
@@ -8,7 +8,7 @@
 enum { MOST = 4000, NEAR = 17 };
 static struct gnp_pool *pool;
 static double points[3 * MOST];
-static unsigned char stray[MOST];
+static unsigned char isolated[MOST];
 static double away[MOST];
 
 /* A spiral on a sphere; about 3.54 / sqrt(count) radii apart. */
@@ -33,24 +33,24 @@ static void disk(double *out, size_t count, double apart, double x)
 	}
 }
 
-/* Finds strays with the results in the cloud's order. */
+/* Finds isolated points with the results in the cloud's order. */
 static size_t found_by(struct gnp_pool *workers, size_t count, double link, size_t cluster)
 {
 	struct gnp_prepared prepared;
 	static unsigned char mark[MOST];
 	static double gap[MOST];
-	size_t strays = SIZE_MAX, marked = 0;
+	size_t isolated_count = SIZE_MAX, marked = 0;
 	CHECK(gnp_prepare_points(&(struct gnp_cloud){count, points, NULL}, NULL, &prepared, NULL) == GNP_OK);
-	CHECK(gnp_strays_find(&prepared, link, cluster, workers, NULL, mark, gap, &strays, NULL) == GNP_OK);
+	CHECK(gnp_isolated_find(&prepared, link, cluster, workers, NULL, mark, gap, &isolated_count, NULL) == GNP_OK);
 	for (size_t i = 0; i < count; i++) {
-		stray[prepared.order[i]] = mark[i];
+		isolated[prepared.order[i]] = mark[i];
 		away[prepared.order[i]] = gap[i];
 		marked += mark[i];
 		CHECK(mark[i] ? gap[i] >= 0 && gap[i] <= 1e100 : gap[i] == 0);
 	}
-	CHECK(marked == strays);
+	CHECK(marked == isolated_count);
 	gnp_prepared_clear(&prepared);
-	return strays;
+	return isolated_count;
 }
 
 static size_t found(size_t count, double link, size_t cluster)
@@ -141,10 +141,10 @@ static void check_definition(size_t count, double link, size_t cluster)
 {
 	static unsigned char mark[MOST];
 	static double gap[MOST];
-	size_t strays = found(count, link, cluster);
+	size_t isolated_count = found(count, link, cluster);
 	found_plainly(count, link, cluster, mark, gap);
-	CHECK(memcmp(mark, stray, count) == 0);
-	CHECK(strays > 20 && strays < count - 20);
+	CHECK(memcmp(mark, isolated, count) == 0);
+	CHECK(isolated_count > 20 && isolated_count < count - 20);
 	for (size_t i = 0; i < count; i++)
 		CHECK_NEAR(away[i], gap[i], 1e-12 * (1 + gap[i]));
 }
@@ -175,7 +175,7 @@ static void far_points_are_found_however_far(void)
 		points[3 * (200 * i + 9)] = pow(10, (double)i);
 	CHECK(found(2000, 3, 50) == 7);
 	for (size_t i = 0; i < 7; i++)
-		CHECK(stray[200 * i + 9]);
+		CHECK(isolated[200 * i + 9]);
 	/* sixth neighbours of the spiral are about 1.5 spacings away */
 	double h = sqrt(4 * acos(-1) / 2000), x = points[3 * 1209];
 	CHECK_NEAR(away[1209] * h / x, 1, 0.2);
@@ -188,7 +188,7 @@ static void clusters_count_as_surfaces_from_their_least_size(void)
 	for (size_t size = 49; size <= 50; size++) {
 		disk(points + 6000, size, h, 4);
 		CHECK(found(2000 + size, 3, 50) == (size < 50 ? size : 0));
-		CHECK(stray[2000] == (size < 50) && !stray[0]);
+		CHECK(isolated[2000] == (size < 50) && !isolated[0]);
 	}
 	/* as many points in a ball are no surface */
 	struct gnp_random random;
@@ -197,7 +197,7 @@ static void clusters_count_as_surfaces_from_their_least_size(void)
 		for (size_t c = 0; c < 3; c++)
 			points[3 * i + c] = (c == 0 ? 4 : 0) + 2 * h * gnp_random_normal(&random);
 	CHECK(found(2200, 3, 50) >= 195);
-	CHECK(stray[2000] && !stray[1999]);
+	CHECK(isolated[2000] && !isolated[1999]);
 }
 
 static void large_pieces_stay_though_apart(void)
@@ -206,7 +206,7 @@ static void large_pieces_stay_though_apart(void)
 	sphere(points + 9000, 200, 0.25, 1e6);
 	CHECK(found(3200, 3, 100) == 0);
 	CHECK(found(3200, 3, 201) == 200);
-	CHECK(stray[3000] && stray[3199] && !stray[0]);
+	CHECK(isolated[3000] && isolated[3199] && !isolated[0]);
 }
 
 /* The largest piece is the surface whatever its size; of two as large, both are. */
@@ -218,12 +218,12 @@ static void equal_sheets_both_stay(void)
 		points[3 * i + 2] = 5;
 	CHECK(found(600, 3, 1000000) == 0);
 	CHECK(found(599, 3, 1000000) == 299);
-	CHECK(!stray[0] && stray[300]);
+	CHECK(!isolated[0] && isolated[300]);
 	memcpy(points + 900, points, 900 * sizeof *points); /* at one place */
 	CHECK(found(600, 3, 1000000) == 0);
 }
 
-/* Distances were kept as floats, infinite at 1e39: nothing hung together, and nothing was stray. */
+/* Distances were kept as floats, infinite at 1e39: nothing hung together, and nothing was isolated. */
 static void units_and_places_do_not_matter(void)
 {
 	static const double scales[] = {1, 1e-3, 1e3, 1e50, 1e-50, 1e90}, places[] = {0, 0, 1e5, 0, 0, 0};
@@ -235,7 +235,7 @@ static void units_and_places_do_not_matter(void)
 			points[i] = scales[s] * points[i] + places[s];
 		CHECK(found(1500, 3, 50) == 30);
 		for (size_t i = 0; i < 30; i++)
-			CHECK(stray[50 * i]);
+			CHECK(isolated[50 * i]);
 	}
 }
 
@@ -250,7 +250,7 @@ static void points_at_one_place_are_of_the_surface_there(void)
 		for (size_t i = 0; i < copies; i++)
 			points[3 * (700 + i)] = 1e20;
 		CHECK(found(1500, 3, 50) == copies);
-		CHECK(stray[700] && away[700] > 0.5);
+		CHECK(isolated[700] && away[700] > 0.5);
 	}
 	sphere(points, 187, 1, 0);
 	for (size_t i = 1500; i-- > 0;) /* every point eight times, one twelve times */
@@ -275,12 +275,12 @@ static void bytes_do_not_depend_on_workers(void)
 	sphere(points, 4000, 1, 0);
 	for (size_t i = 0; i < 600; i++)
 		points[3 * (6 * i)] += 0.2 + 0.01 * (double)(i % 97);
-	size_t strays = found(4000, 1.5, 50);
-	CHECK(strays > 100 && strays < 2000);
+	size_t isolated_count = found(4000, 1.5, 50);
+	CHECK(isolated_count > 100 && isolated_count < 2000);
 	memcpy(gap, away, sizeof gap);
 	struct gnp_pool *one;
 	CHECK(gnp_pool_create(1, &one, NULL) == GNP_OK);
-	CHECK(found_by(one, 4000, 1.5, 50) == strays);
+	CHECK(found_by(one, 4000, 1.5, 50) == isolated_count);
 	CHECK(memcmp(gap, away, sizeof gap) == 0);
 	gnp_pool_free(one);
 }
@@ -289,12 +289,12 @@ static void finding_is_cancelled(void)
 {
 	struct gnp_prepared prepared;
 	struct gnp_task task;
-	size_t strays;
+	size_t isolated_count;
 	sphere(points, 1000, 1, 0);
 	CHECK(gnp_prepare_points(&(struct gnp_cloud){1000, points, NULL}, NULL, &prepared, NULL) == GNP_OK);
 	gnp_task_init(&task);
 	gnp_task_cancel(&task);
-	CHECK(gnp_strays_find(&prepared, 3, 50, pool, &task, stray, away, &strays, NULL) == GNP_CANCELLED);
+	CHECK(gnp_isolated_find(&prepared, 3, 50, pool, &task, isolated, away, &isolated_count, NULL) == GNP_CANCELLED);
 	gnp_prepared_clear(&prepared);
 }
 

@@ -1,6 +1,6 @@
 /* From a flow's options and its cloud to lengths: what is left open follows the cloud's spacing, and what cannot work is refused. */
-#ifndef GNP_CORE_FLOW_SETTLE_H
-#define GNP_CORE_FLOW_SETTLE_H
+#ifndef GNP_CORE_FLOW_SETUP_H
+#define GNP_CORE_FLOW_SETUP_H
 
 #include "core/flow/flow_step.h"
 
@@ -8,7 +8,7 @@
 gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error);
 
 /* All lengths; *spacing: h. The prepared cloud is the flow's at the start. */
-gnp_status gnp_flow_settle(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
                            struct gnp_error *error);
 

@@ -1,4 +1,4 @@
-#include "core/cloud/strays.h"
+#include "core/cloud/isolated.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -24,8 +24,8 @@ struct work {
 	double *spacing;   /* (count) its median over the neighbours; 0: all of them are at one place */
 	double *bulk;      /* (count) the least variance of the neighbours over the sum of all three */
 	const struct gnp_neighbors *rest; /* those that are none */
-	const double *places;             /* (strays, 3) */
-	double *gap;                      /* (strays) */
+	const double *places;             /* (isolated points, 3) */
+	double *gap;                      /* (isolated points) */
 };
 
 static gnp_status search_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -34,7 +34,7 @@ static gnp_status search_chunk(void *context, size_t begin, size_t end, struct g
 	size_t near = work->near;
 	double *distance = gnp_scratch_take(scratch, (end - begin) * near, sizeof *distance);
 	if (!distance)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", end - begin);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "isolated points: no memory for %zu points", end - begin);
 	gnp_status status = gnp_neighbors_knn(work->prepared->neighbors, work->prepared->points + 3 * begin, end - begin, near,
 	                                      work->index + begin * near, distance, scratch, error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
@@ -112,7 +112,7 @@ static void add_up(struct gnp_forest *forest, size_t count, const double *bulk, 
 }
 
 /* Marks the members of pieces that are too small, or no surface. */
-static gnp_status mark(const struct work *work, size_t cluster, struct gnp_task *task, unsigned char *stray, size_t *strays,
+static gnp_status mark(const struct work *work, size_t cluster, struct gnp_task *task, unsigned char *isolated, size_t *isolated_count,
                        struct gnp_error *error)
 {
 	struct gnp_forest forest;
@@ -120,15 +120,15 @@ static gnp_status mark(const struct work *work, size_t cluster, struct gnp_task 
 	double *sum = gnp_array_new(count, sizeof *sum);
 	bool flipped, room = gnp_forest_init(&forest, count) && sum;
 	gnp_status status = room ? link_points(work, &forest, task, error)
-	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
-	*strays = 0;
+	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "isolated points: no memory for %zu points", count);
+	*isolated_count = 0;
 	if (status == GNP_OK)
 		add_up(&forest, count, work->bulk, sum, &largest);
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
 		uint32_t root = gnp_forest_find(&forest, (uint32_t)i, &flipped);
 		size_t size = forest.size[root];
-		stray[i] = size < largest && (size < cluster || sum[root] > SCATTERED * (double)size);
-		*strays += stray[i];
+		isolated[i] = size < largest && (size < cluster || sum[root] > SCATTERED * (double)size);
+		*isolated_count += isolated[i];
 	}
 	gnp_forest_clear(&forest);
 	free(sum);
@@ -140,32 +140,32 @@ static gnp_status gap_chunk(void *context, size_t begin, size_t end, struct gnp_
 	struct work *work = context;
 	uint32_t *index = gnp_scratch_take(scratch, end - begin, sizeof *index);
 	if (!index)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", end - begin);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "isolated points: no memory for %zu points", end - begin);
 	return gnp_neighbors_knn(work->rest, work->places + 3 * begin, end - begin, 1, index, work->gap + begin, scratch, error);
 }
 
-/* How far strays are from the rest. */
-static gnp_status measure_gaps(struct work *work, const unsigned char *stray, size_t strays, struct gnp_pool *pool, struct gnp_task *task,
+/* How far isolated points are from the rest. */
+static gnp_status measure_gaps(struct work *work, const unsigned char *isolated, size_t isolated_count, struct gnp_pool *pool, struct gnp_task *task,
                                double *away, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	size_t count = prepared->count, rests = 0, at = 0;
-	double *rest = gnp_array_new(count - strays, 3 * sizeof *rest), *places = gnp_array_new(strays, 3 * sizeof *places);
-	double *gap = gnp_array_new(strays, sizeof *gap);
+	double *rest = gnp_array_new(count - isolated_count, 3 * sizeof *rest), *places = gnp_array_new(isolated_count, 3 * sizeof *places);
+	double *gap = gnp_array_new(isolated_count, sizeof *gap);
 	struct gnp_neighbors *tree = NULL;
-	gnp_status status = rest && places && gap ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
+	gnp_status status = rest && places && gap ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "isolated points: no memory for %zu points", count);
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		memcpy(stray[i] ? places + 3 * at++ : rest + 3 * rests++, prepared->points + 3 * i, 3 * sizeof *rest);
+		memcpy(isolated[i] ? places + 3 * at++ : rest + 3 * rests++, prepared->points + 3 * i, 3 * sizeof *rest);
 	if (status == GNP_OK)
 		status = gnp_neighbors_build(rest, rests, &tree, error);
 	work->rest = tree;
 	work->places = places;
 	work->gap = gap;
 	if (status == GNP_OK)
-		status = gnp_pool_run(pool, task, strays, POINTS_A_CHUNK, gap_chunk, work, error);
+		status = gnp_pool_run(pool, task, isolated_count, POINTS_A_CHUNK, gap_chunk, work, error);
 	at = 0;
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		away[i] = stray[i] ? fmin(gap[at++] / fmax(work->spacing[i], 1e-300), AWAY_MOST) : 0;
+		away[i] = isolated[i] ? fmin(gap[at++] / fmax(work->spacing[i], 1e-300), AWAY_MOST) : 0;
 	gnp_neighbors_free(tree);
 	free(rest);
 	free(places);
@@ -173,8 +173,8 @@ static gnp_status measure_gaps(struct work *work, const unsigned char *stray, si
 	return status;
 }
 
-gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, size_t cluster, struct gnp_pool *pool, struct gnp_task *task,
-                           unsigned char *stray, double *away, size_t *strays, struct gnp_error *error)
+gnp_status gnp_isolated_find(const struct gnp_prepared *prepared, double link, size_t cluster, struct gnp_pool *pool, struct gnp_task *task,
+                           unsigned char *isolated, double *away, size_t *isolated_count, struct gnp_error *error)
 {
 	size_t count = prepared->count, near = NEAR < count ? NEAR : count;
 	struct work work = {.prepared = prepared, .link = link, .near = near, .index = gnp_array_new(count, near * sizeof *work.index),
@@ -182,15 +182,15 @@ gnp_status gnp_strays_find(const struct gnp_prepared *prepared, double link, siz
 	                    .bulk = gnp_array_new(count, sizeof *work.bulk)};
 	gnp_status status = work.index && work.own && work.spacing && work.bulk
 	                            ? GNP_OK
-	                            : gnp_error_set(error, GNP_OUT_OF_MEMORY, "strays: no memory for %zu points", count);
+	                            : gnp_error_set(error, GNP_OUT_OF_MEMORY, "isolated points: no memory for %zu points", count);
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, count, POINTS_A_CHUNK, search_chunk, &work, error);
 	if (status == GNP_OK)
 		status = gnp_pool_run(pool, task, count, POINTS_A_CHUNK, settle_chunk, &work, error);
 	if (status == GNP_OK)
-		status = mark(&work, cluster, task, stray, strays, error);
-	if (status == GNP_OK && *strays)
-		status = measure_gaps(&work, stray, *strays, pool, task, away, error);
+		status = mark(&work, cluster, task, isolated, isolated_count, error);
+	if (status == GNP_OK && *isolated_count)
+		status = measure_gaps(&work, isolated, *isolated_count, pool, task, away, error);
 	else if (status == GNP_OK)
 		memset(away, 0, count * sizeof *away);
 	free(work.index);

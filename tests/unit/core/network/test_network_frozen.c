@@ -1,4 +1,4 @@
-/* The published networks against automatic differentiation: tests/oracles/oracle_operator.py made tests/oracles/data/operator.npz and says how
+/* The published networks against automatic differentiation: tests/oracles/oracle_network.py made tests/oracles/data/network.npz and says how
  * parameters are made. */
 #include "core/linear/linalg.h"
 #include "core/network/pooled.h"
@@ -8,7 +8,7 @@
 
 enum { PATCHES = 2, OUTPUTS = 16, SAMPLES = 12, NODES = 90 };
 
-static struct frozen frozen = {.path = "tests/oracles/data/operator.npz"};
+static struct frozen frozen = {.path = "tests/oracles/data/network.npz"};
 
 static const double *doubles(const char *name, size_t count)
 {
@@ -54,10 +54,10 @@ static void check_network(enum gnp_trunk_kind trunk, const char *name, const cha
 	const size_t starts[] = {(size_t)start[0], (size_t)start[1], (size_t)start[2]};
 	const size_t inners[] = {(size_t)inner[0], (size_t)inner[1]};
 	float nodes[3 * NODES], got[PATCHES * OUTPUTS], factors[PATCHES * OUTPUTS];
-	struct gnp_operator_batch batch = {PATCHES, starts, inners, nodes};
+	struct gnp_network_batch batch = {PATCHES, starts, inners, nodes};
 	struct gnp_scratch *scratch = gnp_scratch_create();
 	struct gnp_layout layout;
-	struct gnp_operator *network = NULL;
+	struct gnp_network *network = NULL;
 	const struct gnp_pooled_tape *tape = NULL;
 	double largest = 0;
 	for (size_t i = 0; i < 3 * NODES; i++)
@@ -65,7 +65,7 @@ static void check_network(enum gnp_trunk_kind trunk, const char *name, const cha
 	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
 	float *parameters = malloc(layout.total * sizeof *parameters), *gradient = calloc(layout.total, sizeof *gradient);
 	fill(&layout, parameters);
-	CHECK(gnp_operator_create(&a, parameters, &network, NULL) == GNP_OK);
+	CHECK(gnp_network_create(&a, parameters, &network, NULL) == GNP_OK);
 	CHECK(gnp_pooled_forward(network, &batch, got, &tape, scratch, NULL) == GNP_OK);
 	for (size_t i = 0; i < PATCHES * OUTPUTS; i++)
 		largest = fmax(largest, fabs(want[i]));
@@ -75,7 +75,7 @@ static void check_network(enum gnp_trunk_kind trunk, const char *name, const cha
 	}
 	CHECK(gnp_pooled_backward(network, tape, factors, gradient, scratch, NULL) == GNP_OK);
 	check_gradient(&layout, gradient, gradient_name);
-	gnp_operator_free(network);
+	gnp_network_free(network);
 	gnp_scratch_free(scratch);
 	free(parameters);
 	free(gradient);

@@ -149,10 +149,10 @@ static void oracle(const struct gnp_architecture *a, const double *parameters, c
 /* A network with random parameters of a usual size, and patches on a bent sheet. */
 struct setting {
 	struct gnp_architecture architecture;
-	struct gnp_operator *network;
+	struct gnp_network *network;
 	float *parameters;
 	double *exact; /* the same in double */
-	struct gnp_operator_batch batch;
+	struct gnp_network_batch batch;
 	size_t start[8], inner[8];
 	float nodes[7 * NODES_MAX * 4];
 	struct gnp_scratch *scratch;
@@ -187,14 +187,14 @@ static void open_setting(struct setting *s, struct gnp_architecture architecture
 				x[f] = (float)(0.5 * x[0] * x[1] - x[1] * x[1] + 0.1 * gnp_random_uniform(&random));
 		}
 	}
-	s->batch = (struct gnp_operator_batch){patches, s->start, s->inner, s->nodes};
+	s->batch = (struct gnp_network_batch){patches, s->start, s->inner, s->nodes};
 	s->scratch = gnp_scratch_create();
-	CHECK(gnp_operator_create(&architecture, s->parameters, &s->network, NULL) == GNP_OK);
+	CHECK(gnp_network_create(&architecture, s->parameters, &s->network, NULL) == GNP_OK);
 }
 
 static void close_setting(struct setting *s)
 {
-	gnp_operator_free(s->network);
+	gnp_network_free(s->network);
 	gnp_scratch_free(s->scratch);
 	free(s->parameters);
 	free(s->exact);

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
-"""The two published networks and their derivatives by automatic differentiation (PyTorch, double): writes tests/oracles/data/operator.npz,
-which test_operator compares with ours. Run it by hand from the root when the definition changes.
+"""The two published networks and their derivatives by automatic differentiation (PyTorch, double): writes tests/oracles/data/network.npz,
+which test_network compares with ours. Run it by hand from the root when the definition changes.
 
 Everything is by the definition: a kernel matrix for every edge or node. Parameters are not stored: value i of row r of the table is
 bound * (2 u - 1), u = hash(1000003 r + i) / 2^32, bound 1.7 / sqrt(inputs) for weights and 0.3 for biases, rounded to float."""
@@ -119,7 +119,7 @@ def main():
             gradient.append(np.append(flat[len(flat) * np.arange(SAMPLES) // SAMPLES], np.abs(flat).max()))
         arrays[name + "_gradient"] = np.array(gradient)
         print(name, sum(v.numel() for v in p.values()), out[1, :4].detach().numpy())
-    np.savez_compressed("tests/oracles/data/operator.npz", **arrays)
+    np.savez_compressed("tests/oracles/data/network.npz", **arrays)
 
 
 main()

@@ -144,7 +144,7 @@ static struct gnpd_job *find_expired(struct gnpd_jobs *jobs, char after[GNPD_JOB
 	return oldest;
 }
 
-void gnpd_job_clerk_make_room(struct gnpd_jobs *jobs)
+void gnpd_job_expiry_make_room(struct gnpd_jobs *jobs)
 {
 	char after[GNPD_JOB_ID + 1] = "";
 	struct gnpd_job *job;
@@ -182,7 +182,7 @@ static void excuse(struct gnpd_jobs *jobs)
 	}
 }
 
-void *gnpd_job_clerk(void *argument)
+void *gnpd_job_expiry(void *argument)
 {
 	struct gnpd_jobs *jobs = argument;
 	bool excused = false;

@@ -12,11 +12,11 @@ static struct gnp_error error;
 /* headers: up to a NULL name. */
 static gnp_status check(const struct header *headers, const char *version)
 {
-	struct gnpd_strict strict = {0};
+	struct gnpd_framing framing = {0};
 	error = (struct gnp_error){0};
 	for (; headers->name; headers++)
-		gnpd_strict_header(&strict, headers->name, headers->value);
-	return gnpd_strict_finish(&strict, version, &error);
+		gnpd_framing_header(&framing, headers->name, headers->value);
+	return gnpd_framing_finish(&framing, version, &error);
 }
 
 #define HEADERS(...) ((const struct header[]){__VA_ARGS__, {NULL, NULL}})
@@ -75,13 +75,13 @@ static void header_names_are_tokens(void)
 static gnp_status check_size(size_t whole)
 {
 	static const char head[] = "Host\0 a\0\0X-Blank\0   b \0\0X-Empty\0\0\0";
-	struct gnpd_strict strict = {0};
+	struct gnpd_framing framing = {0};
 	error = (struct gnp_error){0};
-	gnpd_strict_header(&strict, head, head + 6);
-	gnpd_strict_header(&strict, head + 9, head + 20);
-	gnpd_strict_header(&strict, head + 24, head + 32);
-	gnpd_strict_size(&strict, strlen("GET / HTTP/1.1\r\n"), whole);
-	return gnpd_strict_finish(&strict, "HTTP/1.1", &error);
+	gnpd_framing_header(&framing, head, head + 6);
+	gnpd_framing_header(&framing, head + 9, head + 20);
+	gnpd_framing_header(&framing, head + 24, head + 32);
+	gnpd_framing_size(&framing, strlen("GET / HTTP/1.1\r\n"), whole);
+	return gnpd_framing_finish(&framing, "HTTP/1.1", &error);
 }
 
 static void lines_add_up_to_the_head(void)

@@ -1,4 +1,4 @@
-#include "core/flow/flow_settle.h"
+#include "core/flow/flow_setup.h"
 
 #include <stdlib.h>
 
@@ -12,7 +12,7 @@
 /* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
 static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
 static const double smoothing_most = 3, insertion_least = 0.9;
-static const double LARGE = 16; /* times the median: a stray point's cell */
+static const double LARGE = 16; /* times the median: an isolated point's cell */
 
 double gnp_flow_default_step(double spacing)
 {
@@ -159,7 +159,7 @@ static gnp_status check_closed(const struct gnp_flow_options *options, size_t op
 	                     count);
 }
 
-/* The sum of cells that are not far larger than most: a stray point's may be as large as all others. *spacing: the root of their mean. */
+/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the root of their mean. */
 static double usual_area(double *area, size_t count, double *spacing)
 {
 	double most = LARGE * gnp_median(area, count), total = 0;
@@ -172,7 +172,7 @@ static double usual_area(double *area, size_t count, double *spacing)
 	return total;
 }
 
-gnp_status gnp_flow_settle(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
                            struct gnp_error *error)
 {

@@ -1,4 +1,4 @@
-/* bench_operator [CASE]: the networks alone, on patches like those of 100,000 points with cover=cover and k = 50: 60 points, and a
+/* bench_network [CASE]: the networks alone, on patches like those of 100,000 points with cover=cover and k = 50: 60 points, and a
  * buffer to 95 nodes for the edge trunk. For the published networks and two of the size that is trained here: patches a second of
  * all cores and of one, forward and with the backward pass, and the rate of all matrix products, as if the rest took no time,
  * against that of sgemm in the same run. Rates are by processor time, so that other work on the machine disturbs them less. */
@@ -35,8 +35,8 @@ static size_t start[BATCH + 1], inner[BATCH];
 static float nodes[BATCH * NODES * 3];
 
 struct work {
-	const struct gnp_operator *network;
-	struct gnp_operator_batch batch;
+	const struct gnp_network *network;
+	struct gnp_network_batch batch;
 	float *gradient; /* NULL: forward only */
 };
 
@@ -127,7 +127,7 @@ int main(int argc, char **argv)
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
 		struct gnp_layout layout;
 		struct work work = {0};
-		struct gnp_operator *network = NULL;
+		struct gnp_network *network = NULL;
 		struct gnp_random random;
 		if (!strstr(cases[i].name, wanted) || gnp_architecture_layout(&cases[i].architecture, &layout, NULL) != GNP_OK)
 			continue;
@@ -135,18 +135,18 @@ int main(int argc, char **argv)
 		float *parameters = malloc(layout.total * sizeof *parameters), *gradient = calloc(layout.total, sizeof *gradient);
 		for (size_t k = 0; k < layout.total; k++)
 			parameters[k] = (float)(0.1 * (2 * gnp_random_uniform(&random) - 1));
-		if (gnp_operator_create(&cases[i].architecture, parameters, &network, NULL) != GNP_OK)
+		if (gnp_network_create(&cases[i].architecture, parameters, &network, NULL) != GNP_OK)
 			return 1;
 		draw_patches(cases[i].nodes);
 		work.network = network;
-		work.batch = (struct gnp_operator_batch){BATCH, start, inner, nodes};
+		work.batch = (struct gnp_network_batch){BATCH, start, inner, nodes};
 		double rate = sgemm_rate(), forward = gnp_trunk_operations(network, &work.batch, false);
 		printf("%s: %zu parameters, sgemm %.1f GFLOP/s\n", cases[i].name, layout.total, rate * 1e-9);
 		report("forward", measure(all, &work), forward, rate, gnp_pool_workers(all));
 		report("forward", measure(one, &work), forward, rate, 1);
 		work.gradient = gradient;
 		report("and backward", measure(one, &work), forward + gnp_trunk_operations(network, &work.batch, true), rate, 1);
-		gnp_operator_free(network);
+		gnp_network_free(network);
 		free(parameters);
 		free(gradient);
 	}
