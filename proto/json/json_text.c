@@ -216,31 +216,39 @@ gnp_status gnp_json_write_string(const char *text, struct gnp_buffer *buffer, st
 	return status == GNP_OK ? gnp_buffer_append(buffer, "\"", 1, error) : status;
 }
 
-static gnp_status write_value(const struct gnp_value *value, struct gnp_buffer *buffer, struct gnp_error *error)
+void gnp_json_put_string(struct gnp_writer *writer, const char *text)
 {
-	char text[GNP_NUMBER_LENGTH_MAX];
+	if (writer->status == GNP_OK)
+		writer->status = gnp_json_write_string(text, writer->buffer, writer->error);
+}
+
+static void put_number(struct gnp_writer *w, double number)
+{
+	char text[GNP_NUMBER_LENGTH_MAX + 1];
+	text[gnp_number_write_double(text, number)] = '\0';
+	gnp_writer_text(w, isfinite(number) ? text : "null");
+}
+
+static void put_value(struct gnp_writer *w, const struct gnp_value *value)
+{
 	switch (value->type) {
-	case GNP_VALUE_BOOL: return gnp_buffer_printf(buffer, error, "%s", value->boolean ? "true" : "false");
-	case GNP_VALUE_INTEGER: return gnp_buffer_printf(buffer, error, "%" PRId64, value->integer);
-	case GNP_VALUE_STRING: return gnp_json_write_string(value->string, buffer, error);
-	default: break;
+	case GNP_VALUE_BOOL: gnp_writer_text(w, value->boolean ? "true" : "false"); break;
+	case GNP_VALUE_INTEGER: gnp_writer_printf(w, "%" PRId64, value->integer); break;
+	case GNP_VALUE_STRING: gnp_json_put_string(w, value->string); break;
+	case GNP_VALUE_NUMBER: put_number(w, value->number); break;
 	}
-	if (!isfinite(value->number))
-		return gnp_buffer_append(buffer, "null", 4, error);
-	return gnp_buffer_append(buffer, text, gnp_number_write_double(text, value->number), error);
 }
 
 gnp_status gnp_json_write_values(const struct gnp_values *values, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	gnp_status status = gnp_buffer_append(buffer, "{", 1, error);
-	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
-		status = i ? gnp_buffer_append(buffer, ",", 1, error) : GNP_OK;
-		if (status == GNP_OK)
-			status = gnp_json_write_string(values->items[i].name, buffer, error);
-		if (status == GNP_OK)
-			status = gnp_buffer_append(buffer, ":", 1, error);
-		if (status == GNP_OK)
-			status = write_value(&values->items[i], buffer, error);
+	struct gnp_writer w = gnp_writer_to(buffer, error);
+	gnp_writer_text(&w, "{");
+	for (size_t i = 0; i < values->count; i++) {
+		gnp_writer_text(&w, i ? "," : "");
+		gnp_json_put_string(&w, values->items[i].name);
+		gnp_writer_text(&w, ":");
+		put_value(&w, &values->items[i]);
 	}
-	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
+	gnp_writer_text(&w, "}");
+	return w.status;
 }

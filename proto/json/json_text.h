@@ -8,6 +8,7 @@
 #include "core/base/status.h"
 #include "proto/tensor/budget.h"
 #include "proto/tensor/message.h"
+#include "proto/tensor/writer.h"
 
 struct gnp_json_span {
 	const char *text; /* borrowed from the parsed text */
@@ -40,6 +41,7 @@ const struct gnp_json_span *gnp_json_member_span(const struct gnp_json_document 
 
 /* Appends text as a JSON string, escaped; bytes that are not UTF-8 become U+FFFD. */
 gnp_status gnp_json_write_string(const char *text, struct gnp_buffer *buffer, struct gnp_error *error);
+void gnp_json_put_string(struct gnp_writer *writer, const char *text);
 /* Appends {"name":value,...}. */
 gnp_status gnp_json_write_values(const struct gnp_values *values, struct gnp_buffer *buffer, struct gnp_error *error);
 
