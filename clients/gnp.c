@@ -6,6 +6,8 @@
 #include "clients/command.h"
 #include "core/base/names.h"
 #include "core/linear/linalg.h"
+#include "proto/operation/operations.h"
+#include "proto/operation/usage.h"
 
 #ifndef GNP_VERSION
 #define GNP_VERSION "0.1.0"

@@ -15,6 +15,7 @@
 #include "core/linear/linalg.h"
 #include "proto/json/json_memory.h"
 #include "proto/operation/operation.h"
+#include "server/api/openapi.h"
 #include "server/api/server.h"
 #include "server/base/notify.h"
 #include "server/config/config.h"
@@ -277,7 +278,7 @@ static gnp_status run(const struct gnpd_config *config, struct gnp_error *error)
 	if (status == GNP_OK && getrandom(&server.boot, sizeof server.boot, 0) != sizeof server.boot)
 		status = gnp_error_set(error, GNP_IO, "random numbers: %s", strerror(errno));
 	if (status == GNP_OK)
-		status = gnp_openapi_write(&server.openapi, error);
+		status = gnpd_openapi_write(&server.openapi, error);
 	if (status == GNP_OK)
 		status = gnp_pool_create((unsigned)config->workers, &server.pool, error);
 	if (status == GNP_OK)

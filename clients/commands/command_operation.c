@@ -10,6 +10,8 @@
 #include "clients/server_options.h"
 #include "clients/session.h"
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/parameter.h"
 
 static const struct gnp_option client_options[] = {
 	{"output", 'o', "FILE", "where to write (default: standard output)"},

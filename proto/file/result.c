@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "proto/operation/call.h"
 
 /* ---- What is known before ---- */
 

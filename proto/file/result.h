@@ -4,7 +4,7 @@
 
 #include "core/base/status.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/message.h"
 
 /* Before anything is computed: whether the answer to a call in this format is sure to have every output that was named or that is not

@@ -4,6 +4,7 @@
 
 #include "proto/json/json_text.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/parameter.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/writer.h"
 

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "core/estimate/estimate.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/message.h"
 
 /* The first rows of a table of inputs. */

@@ -4,7 +4,6 @@
 #include "core/estimate/estimate.h"
 #include "core/fit/quantity.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, and what stands for a model until it is found. */
 struct options {

@@ -4,7 +4,6 @@
 
 #include "core/estimate/filter.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, what stands for a model until it is found, and a bit for every wanted output. */
 struct options {

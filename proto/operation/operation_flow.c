@@ -7,7 +7,6 @@
 #include "core/flow/flow.h"
 #include "core/flow/flow_setup.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, what stands for a model until it is found, and a bit for every wanted output. */
 struct options {

@@ -4,7 +4,6 @@
 #include "core/base/memory.h"
 #include "core/equations/geodesic.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation; /* its domain alone counts */

@@ -2,7 +2,6 @@
 #include <stdlib.h>
 
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;

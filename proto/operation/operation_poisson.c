@@ -6,7 +6,6 @@
 #include "core/base/memory.h"
 #include "core/equations/energy.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;

@@ -5,7 +5,25 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/base/names.h"
 #include "proto/tensor/scalar.h"
+
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name, size_t length)
+{
+	for (size_t i = 0; i < count; i++)
+		if (strlen(infos[i].name) == length && memcmp(infos[i].name, name, length) == 0)
+			return &infos[i];
+	return NULL;
+}
+
+const char *gnp_tensor_infos_names(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length,
+                                   struct gnp_names *list)
+{
+	gnp_names_begin(list, given, length);
+	for (size_t i = 0; i < count; i++)
+		gnp_names_add(list, infos[i].name);
+	return gnp_names_end(list);
+}
 
 char gnp_extent_letter(int64_t extent)
 {

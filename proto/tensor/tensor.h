@@ -41,6 +41,12 @@ struct gnp_tensor_info {
 	const char *help;
 };
 
+/* Of a table of tensors: the one of that name (length bytes), or NULL; and what a refusal of the name says is known. */
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name, size_t length);
+struct gnp_names;
+const char *gnp_tensor_infos_names(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length,
+                                   struct gnp_names *list);
+
 /* What texts call a free extent: n for -1, then m, s, t, u, v. */
 char gnp_extent_letter(int64_t extent);
 

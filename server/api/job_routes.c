@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/base/names.h"
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/base/names.h"
+#include "proto/operation/operations.h"
 #include "server/api/server.h"
 
 static const struct gnpd_route routes[] = {

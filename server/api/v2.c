@@ -1,5 +1,6 @@
 /* The Open Inference Protocol: server and model metadata, infer. */
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
 #include "proto/tensor/writer.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "proto/operation/operations.h"
 #include "proto/tensor/writer.h"
 #include "server/config/config.h"
 
@@ -110,6 +111,15 @@ void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label lab
 
 /* ---- Writing ---- */
 
+/* Labels that have a name: there is room for more operations than there are. */
+static unsigned labels_used(void)
+{
+	unsigned label = GNPD_LABEL_OPERATION;
+	while (gnp_operation_at(label - GNPD_LABEL_OPERATION))
+		label++;
+	return label;
+}
+
 static void put_family(struct gnp_writer *w, const char *name, const char *type, const char *help)
 {
 	gnp_writer_printf(w, "# HELP gnpd_%s %s\n# TYPE gnpd_%s %s\n", name, help, name, type);
@@ -118,7 +128,7 @@ static void put_family(struct gnp_writer *w, const char *name, const char *type,
 static void put_requests(struct gnp_writer *w, const struct gnpd_metrics *metrics)
 {
 	put_family(w, "requests_total", "counter", "Finished requests.");
-	for (unsigned label = 0; label < GNPD_LABELS; label++)
+	for (unsigned label = 0; label < labels_used(); label++)
 		for (size_t i = 0; i < GNPD_METRICS_CODES; i++)
 			gnp_writer_printf(w, "gnpd_requests_total{operation=\"%s\",code=\"%d\"} %llu\n", label_name(label), codes[i],
 			                  (unsigned long long)atomic_load(&metrics->requests[label][i]));
@@ -143,7 +153,7 @@ static void put_histogram(struct gnp_writer *w, const struct gnpd_metrics *metri
 static void put_durations(struct gnp_writer *w, const struct gnpd_metrics *metrics)
 {
 	put_family(w, "request_duration_seconds", "histogram", "From the request line to the end of the answer.");
-	for (unsigned label = 0; label < GNPD_LABELS; label++)
+	for (unsigned label = 0; label < labels_used(); label++)
 		put_histogram(w, metrics, label);
 }
 

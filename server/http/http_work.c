@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "proto/operation/operations.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
 #include "server/http/http_loop.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "server/api/server.h"
 #include "server/base/clock.h"

@@ -5,6 +5,7 @@
 
 #include "proto/file/content_encoding.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/warnings.h"
 #include "server/api/server.h"
 #include "server/parse/duration.h"

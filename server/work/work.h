@@ -10,7 +10,7 @@
 #include "core/base/task.h"
 #include "core/network/models.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/message.h"
 #include "server/work/reply.h"
 

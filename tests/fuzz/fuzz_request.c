@@ -3,7 +3,8 @@
 #include <jansson.h>
 
 #include "proto/oip/oip.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "server/api/request.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"

@@ -6,7 +6,7 @@
 
 #include "core/base/random.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
 #include "tests/property/spec.h"
 #include "tests/property/zoo.h"
 

@@ -7,6 +7,8 @@
 #include <time.h>
 
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "tests/property/ask.h"
 #include "tests/property/zoo.h"
 

@@ -4,6 +4,8 @@
 #include "proto/file/result.h"
 #include "proto/format/parameters.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "tests/bench/cloud_request.h"
 

@@ -12,6 +12,8 @@
 #include "proto/file/file.h"
 #include "proto/json/json_memory.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
+#include "server/api/openapi.h"
 #include "server/api/request.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
@@ -269,7 +271,7 @@ static bool start(char *folder)
 	gnpd_log_init(&server.log, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
 	gnpd_metrics_init(&server.metrics);
 	gnp_json_memory_init();
-	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.pool, NULL) == GNP_OK &&
+	return gnpd_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.pool, NULL) == GNP_OK &&
 	       gnpd_loader_create(&server, &server.loader, NULL) == GNP_OK && gnp_prepared_cache_create(0, &server.cache, NULL) == GNP_OK &&
 	       gnpd_queue_create(1, 10, 1u << 30, &server.queue, NULL) == GNP_OK && gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
 	       gnpd_watchers_create(&server, &server.watchers, NULL) == GNP_OK && gnpd_jobs_create(&server, &server.jobs, NULL) == GNP_OK;

@@ -4,6 +4,8 @@
 #include <stdint.h>
 
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 enum { N = 4, M = 3 };
 

@@ -8,6 +8,8 @@
 #include "proto/file/file.h"
 #include "proto/format/parameters.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 static int rounds = 300;
 

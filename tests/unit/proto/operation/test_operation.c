@@ -2,7 +2,10 @@
 #include "tests/unit/test.h"
 
 #include "core/estimate/estimate.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
+#include "proto/operation/parameter.h"
+#include "proto/operation/usage.h"
 
 static const struct gnp_operation *estimate(void)
 {
@@ -265,26 +268,6 @@ static void a_failed_run_leaves_no_outputs(void)
 	gnp_pool_free(pool);
 }
 
-static void the_openapi_document_in_the_tree_is_current(void)
-{
-	struct gnp_buffer buffer = {0};
-	CHECK(gnp_openapi_write(&buffer, NULL) == GNP_OK && gnp_buffer_append(&buffer, "", 1, NULL) == GNP_OK);
-	buffer.size--;
-	CHECK_CONTAINS((const char *)buffer.data, "dt: {oneOf: [{type: number, minimum: 0, exclusiveMinimum: true, maximum: 1.0e+200}, "
-	                                          "{type: string, enum: [auto]}], default: 'auto'}");
-	CHECK_CONTAINS((const char *)buffer.data, "- `record` (s, 10) FP64: ");
-	FILE *file = fopen("proto/openapi.yaml", "rb");
-	CHECK(file != NULL); /* the tests run from the top of the tree */
-	char *text = calloc(1, buffer.size + 2);
-	size_t size = file ? fread(text, 1, buffer.size + 1, file) : 0;
-	if (size != buffer.size || memcmp(text, buffer.data, size) != 0)
-		CHECK_STRING("proto/openapi.yaml is out of date", "run `make openapi`");
-	free(text);
-	if (file)
-		fclose(file);
-	gnp_buffer_clear(&buffer);
-}
-
 static void usage_names_every_parameter(void)
 {
 	const struct gnp_operation *operation;
@@ -324,7 +307,6 @@ int main(int argc, char **argv)
 	                                    TEST(requested_outputs_override_quantities), TEST(too_few_points_are_known_before),
 	                                    TEST(a_sphere_has_its_curvatures),
 	                                    TEST(a_failed_run_leaves_no_outputs),
-	                                    TEST(the_openapi_document_in_the_tree_is_current),
 	                                    TEST(usage_names_every_parameter),
 	                                    TEST(tables_are_sound)};
 	return RUN_TESTS(tests);

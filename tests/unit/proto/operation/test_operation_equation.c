@@ -4,6 +4,8 @@
 #include <stdint.h>
 
 #include "proto/file/file.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 enum { COUNT = 3000 };
 

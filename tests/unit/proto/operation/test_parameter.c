@@ -2,7 +2,9 @@
 #include "tests/unit/test.h"
 
 #include "proto/oip/oip.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/parameter.h"
+#include "proto/operation/usage.h"
 
 struct options {
 	int count;

@@ -13,6 +13,7 @@
 #include <zlib.h>
 
 #include "core/linear/linalg.h"
+#include "proto/operation/operations.h"
 #include "server/api/server.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_json.h"

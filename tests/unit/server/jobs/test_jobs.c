@@ -1,4 +1,5 @@
 /* The table of jobs without HTTP: whose they are, and what a disk that fails at any write makes of them. */
+#include "proto/operation/operations.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 
 static void jobs_are_their_principals(void)
