@@ -55,14 +55,16 @@ static void put_choices(struct gnp_writer *w, const struct gnp_parameter *p)
 	gnp_writer_text(w, "]");
 }
 
-static void put_parameter(struct gnp_writer *w, const struct gnp_parameter *p)
+static void put_parameter(struct gnp_writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
 {
 	static const char *const types[] = {
 		[GNP_PARAMETER_INTEGER] = "integer", [GNP_PARAMETER_NUMBER] = "number", [GNP_PARAMETER_AUTO] = "number_or_auto",
 		[GNP_PARAMETER_BOOL] = "boolean",    [GNP_PARAMETER_CHOICE] = "choice", [GNP_PARAMETER_SET] = "set",
 		[GNP_PARAMETER_MODEL] = "model"};
+	char default_text[GNP_PARAMETER_DEFAULT_MAX];
 	gnp_writer_printf(w, "{\"name\":\"%s\",\"type\":\"%s\",", p->name, types[p->type]);
-	put_member(w, "default", p->default_text);
+	gnp_parameter_default(operation, p, default_text);
+	put_member(w, "default", default_text);
 	if (gnp_parameter_is_number(p))
 		put_range(w, p);
 	if (p->type == GNP_PARAMETER_CHOICE)
@@ -77,7 +79,7 @@ static void put_parameters(struct gnp_writer *w, const struct gnp_operation *ope
 	gnp_writer_text(w, ",\"parameters\":[");
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		gnp_writer_text(w, i ? "," : "");
-		put_parameter(w, &operation->parameters[i]);
+		put_parameter(w, operation, &operation->parameters[i]);
 	}
 	gnp_writer_text(w, "]");
 }

@@ -27,6 +27,12 @@ struct gnp_call {
 	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
 };
 
+/* The options of a call: what its operation calls struct options. */
+static inline const void *gnp_call_options(const struct gnp_call *call)
+{
+	return call->options;
+}
+
 /* What validation needs to know of where the work will be done. */
 struct gnp_limits {
 	size_t points;                   /* most points a request may have; 0: no limit */

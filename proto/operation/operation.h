@@ -29,13 +29,13 @@ enum gnp_parameter_type {
 /* The least of what must be positive; texts show it as ">0". */
 #define GNP_ABOVE_ZERO 1e-300
 
+/* The default is what the operation's `defaults` sets: it is written nowhere else (gnp_parameter_default). */
 struct gnp_parameter {
 	const char *name;
 	enum gnp_parameter_type type;
 	size_t offset;              /* of the int, double, bool, uint64_t or text in the operation's options struct */
-	const char *default_text;   /* as a user would write it; equals what `defaults` sets (a test checks) */
 	double minimum, maximum;    /* of integers and numbers, inclusive; GNP_ABOVE_ZERO for what must be positive */
-	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE */
+	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE; of GNP_PARAMETER_SET: outputs that lists name first, or NULL */
 	const char *help;
 };
 
@@ -71,5 +71,16 @@ struct gnp_operation {
 	gnp_status (*run)(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
 	                  struct gnp_error *error);
 };
+
+/* Defines gnp_operation_NAME at the end of operation_NAME.c, of what that file calls struct options, inputs, outputs, parameters,
+ * defaults, check, memory and run. What follows the help are members that not all operations have: .resolve, .rows. */
+#define GNP_OPERATION(id, sentence, ...)                                                                 \
+	_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");                \
+	const struct gnp_operation gnp_operation_##id = {                                                    \
+		.name = #id, .help = sentence,                                                                   \
+		.inputs = inputs, .input_count = sizeof inputs / sizeof inputs[0],                               \
+		.outputs = outputs, .output_count = sizeof outputs / sizeof outputs[0],                          \
+		.parameters = parameters, .parameter_count = sizeof parameters / sizeof parameters[0],           \
+		.defaults = defaults, .check = check, .memory = memory, .run = run, __VA_ARGS__}
 
 #endif

@@ -10,33 +10,38 @@
 #include "proto/tensor/message.h"
 
 /* The first rows of a table of inputs. */
-#define GNP_COMMON_INPUTS                                                         \
-	{"points", GNP_FP32, 2, {-1, 3}, false, "the cloud, in any length unit"},     \
-	{"normals", GNP_FP32, 2, {-1, 3}, true,                                       \
+#define GNP_COMMON_INPUTS                                                     \
+	{"points", GNP_FP32, 2, {-1, 3}, false, "the cloud, in any length unit"}, \
+	{"normals", GNP_FP32, 2, {-1, 3}, true,                                   \
 	 "outward normals of any non-zero length; estimated and oriented when absent"}
 
 /* Words of choices, in the order of the enumerations in estimate.h and estimator.h; NULL-terminated. */
 extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *const gnp_common_bases[],
 	*const gnp_common_weights[], *const gnp_common_outliers[];
 
-/* The first rows of a table of parameters. type: the options struct; core: its struct gnp_estimate_options; text: its model's name,
- * which is `model` by default. */
-#define GNP_COMMON_PARAMETERS(type, core, text, model)                                                                               \
-	{"estimator", GNP_PARAMETER_CHOICE, offsetof(type, core.estimator), "gnp", 0, 0, gnp_common_estimators,                          \
-	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds support and "      \
-	 "degree itself"},                                                                                                               \
-	{"weights", GNP_PARAMETER_MODEL, offsetof(type, text), model, 0, 0, NULL,                                                        \
-	 "the model (gnp); auto: the one that suits the cloud's noise and outliers"},                                                    \
-	{"cover", GNP_PARAMETER_CHOICE, offsetof(type, core.cover), "cover", 0, 0, gnp_common_covers,                                    \
-	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},                                      \
-	{"k", GNP_PARAMETER_INTEGER, offsetof(type, core.k), "30", 12, 500, NULL,                                                        \
-	 "neighbours that set the patch radius, 1.1 times the k-th distance (gmls, adaptive; with gnp the model's)"},                    \
-	{"degree", GNP_PARAMETER_INTEGER, offsetof(type, core.degree), "3", 1, 7, NULL, "degree of the Legendre basis (gmls)"},          \
-	{"basis", GNP_PARAMETER_CHOICE, offsetof(type, core.basis), "tensor", 0, 0, gnp_common_bases, "tensor or total degree (gmls)"},  \
-	{"weight", GNP_PARAMETER_CHOICE, offsetof(type, core.weight), "quartic", 0, 0, gnp_common_weights,                               \
-	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"},                                                         \
-	{"outliers", GNP_PARAMETER_CHOICE, offsetof(type, core.outliers), "auto", 0, 0, gnp_common_outliers,                             \
-	 "outliers in what the model sees (gnp): kept or left_out; auto: left_out where weights=auto, or a model of the regime outlier"}
+/* The first rows of a table of parameters. type: the options struct; core: its struct gnp_estimate_options; text: its model's name. */
+#define GNP_COMMON_PARAMETERS(type, core, text)                                                                        \
+	{"estimator", GNP_PARAMETER_CHOICE, offsetof(type, core.estimator), 0, 0, gnp_common_estimators,                   \
+	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds "    \
+	 "support and degree itself"},                                                                                     \
+	{"weights", GNP_PARAMETER_MODEL, offsetof(type, text), 0, 0, NULL,                                                 \
+	 "the model (gnp); auto: the one that suits the cloud's noise and outliers"},                                      \
+	{"cover", GNP_PARAMETER_CHOICE, offsetof(type, core.cover), 0, 0, gnp_common_covers,                               \
+	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},                        \
+	{"k", GNP_PARAMETER_INTEGER, offsetof(type, core.k), 12, 500, NULL,                                                \
+	 "neighbours that set the patch radius, 1.1 times the k-th distance (gmls, adaptive; with gnp the model's)"},      \
+	{"degree", GNP_PARAMETER_INTEGER, offsetof(type, core.degree), 1, 7, NULL, "degree of the Legendre basis (gmls)"}, \
+	{"basis", GNP_PARAMETER_CHOICE, offsetof(type, core.basis), 0, 0, gnp_common_bases,                               \
+	 "tensor or total degree (gmls)"},                                                                                 \
+	{"weight", GNP_PARAMETER_CHOICE, offsetof(type, core.weight), 0, 0, gnp_common_weights,                            \
+	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"},                                           \
+	{"outliers", GNP_PARAMETER_CHOICE, offsetof(type, core.outliers), 0, 0, gnp_common_outliers,                       \
+	 "outliers in what the model sees (gnp): kept or left_out; auto: left_out where weights=auto, or a model of the "  \
+	 "regime outlier"}
+
+/* The last row: which outputs are answered. type: the options struct, which has a uint64_t `outputs`. */
+#define GNP_COMMON_OUTPUTS(type) \
+	{"outputs", GNP_PARAMETER_SET, offsetof(type, outputs), 0, 0, NULL, "comma-separated names of outputs, or all"}
 
 #define GNP_COMMON_AUTO "auto"
 

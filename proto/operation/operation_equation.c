@@ -25,15 +25,16 @@ gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, 
 	return gnp_common_resolve(&o->core.laplacian.domain.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
-gnp_status gnp_equation_check(const struct gnp_call *call, const struct gnp_equation_options *options, size_t least, struct gnp_error *error)
+gnp_status gnp_equation_check(const struct gnp_call *call, struct gnp_error *error)
 {
 	enum { FEWEST = 12 }; /* as gnp_domain_make has it */
+	const struct gnp_equation_options *options = gnp_call_options(call);
 	const struct gnp_laplacian_options *l = &options->core.laplacian;
 	unsigned degree = gnp_laplacian_degree(l);
 	if (l->neighbors && (size_t)l->neighbors < gnp_taylor_size(degree))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "stencil: got %d, need 0 or at least %zu for function_degree %u", l->neighbors,
 		                     gnp_taylor_size(degree), degree);
-	return gnp_common_check_points(call, &l->domain.estimate, least > FEWEST ? least : FEWEST, error);
+	return gnp_common_check_points(call, &l->domain.estimate, FEWEST, error);
 }
 
 size_t gnp_equation_sides(const struct gnp_call *call, const char *name)

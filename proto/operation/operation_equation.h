@@ -18,33 +18,39 @@ struct gnp_equation_options {
 extern const char *const gnp_equation_systems[], *const gnp_equation_solvers[], *const gnp_equation_means[];
 
 /* Rows of a table of parameters; type's member `equation` is the struct above. */
-#define GNP_EQUATION_DISCRETISATION(type)                                                                                                    \
-	{"filter", GNP_PARAMETER_BOOL, offsetof(type, equation.filter), "false", 0, 0, NULL,                                                 \
-	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"},                               \
-	{"function_degree", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.degree), "0", 0, 7, NULL,                          \
-	 "of the polynomials that functions are fitted with, in both coordinates together; 0: 5 if square, 4 of least squares"},             \
-	{"stencil", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.neighbors), "0", 0, 500, NULL,                             \
-	 "points of a stencil; 0: twice the polynomial's coefficients"},                                                                     \
-	GNP_COMMON_PARAMETERS(type, equation.core.laplacian.domain.estimate, equation.weights, GNP_COMMON_AUTO)
+#define GNP_EQUATION_FILTER(type)                                               \
+	{"filter", GNP_PARAMETER_BOOL, offsetof(type, equation.filter), 0, 0, NULL, \
+	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"}
 
-#define GNP_EQUATION_SYSTEM(type)                                                                                                            \
-	{"system", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.laplacian.system), "square", 0, 0, gnp_equation_systems,               \
-	 "square: every point an unknown; least_squares: all points collocate, a share of them without unknowns"},                           \
-	{"drop", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.laplacian.drop), "0.1", 0, 0.5, NULL,                                    \
+#define GNP_EQUATION_DISCRETISATION(type)                                                                              \
+	GNP_EQUATION_FILTER(type),                                                                                         \
+	{"function_degree", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.degree), 0, 7, NULL,             \
+	 "of the polynomials that functions are fitted with, in both coordinates together; 0: 5 if square, 4 of "          \
+	 "least squares"},                                                                                                 \
+	{"stencil", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.laplacian.neighbors), 0, 500, NULL,                \
+	 "points of a stencil; 0: twice the polynomial's coefficients"},                                                   \
+	GNP_COMMON_PARAMETERS(type, equation.core.laplacian.domain.estimate, equation.weights)
+
+#define GNP_EQUATION_SYSTEM(type)                                                                                \
+	{"system", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.laplacian.system), 0, 0, gnp_equation_systems, \
+	 "square: every point an unknown; least_squares: all points collocate, a share of them without unknowns"},   \
+	{"drop", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.laplacian.drop), 0, 0.5, NULL,                   \
 	 "share of points without unknowns, by farthest points (least_squares)"}
 
-#define GNP_EQUATION_SOLVER(type)                                                                                                            \
-	{"solver", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.solver), "auto", 0, 0, gnp_equation_solvers,                           \
-	 "direct: one factor, each further right-hand side in hundredths of a second; iterative: for millions of points; auto: by size"},    \
-	{"tolerance", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.tolerance), "1e-08", 1e-14, 0.1, NULL,                              \
-	 "relative residual (iterative)"},                                                                                                   \
-	{"iterations", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.iterations), "500", 1, 10000, NULL, "at most (iterative)"}
+#define GNP_EQUATION_SOLVER(type)                                                                                      \
+	{"solver", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.solver), 0, 0, gnp_equation_solvers,                 \
+	 "direct: one factor, each further right-hand side in hundredths of a second; iterative: for millions of points; " \
+	 "auto: by size"},                                                                                                 \
+	{"tolerance", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.tolerance), 1e-14, 0.1, NULL,                     \
+	 "relative residual (iterative)"},                                                                                 \
+	{"iterations", GNP_PARAMETER_INTEGER, offsetof(type, equation.core.iterations), 1, 10000, NULL,                       \
+	 "at most (iterative)"}
 
-/* Defaults as in the tables above; options begin with a struct gnp_equation_options. */
+/* What these operations share of their functions. The options of their calls begin with a struct gnp_equation_options. */
 void gnp_equation_defaults(struct gnp_equation_options *options);
 gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, struct gnp_error *error);
-/* That the cloud has the points that a domain, its stencils and `least` need, and that stencils have the points their polynomials do. */
-gnp_status gnp_equation_check(const struct gnp_call *call, const struct gnp_equation_options *options, size_t least, struct gnp_error *error);
+/* That the cloud has the points that a domain and its stencils need, and that stencils have the points their polynomials do. */
+gnp_status gnp_equation_check(const struct gnp_call *call, struct gnp_error *error);
 /* Columns of an input of the call; 0 when it is absent. */
 size_t gnp_equation_sides(const struct gnp_call *call, const char *name);
 /* Bytes to prepare an operator and solve for `sides` right-hand sides, with all that is made of their columns. */

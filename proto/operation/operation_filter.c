@@ -11,7 +11,6 @@ struct options {
 	char weights[GNP_MODEL_NAME_MAX + 1];
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 /* Taught on clouds with outliers. */
 static const char default_weights[] = "outlier_50k";
@@ -30,20 +29,20 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), "0.1", GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
-	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), "true", 0, 0, NULL,
+	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
+	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), 0, 0, NULL,
 	 "also drop what does not lie on the surface its neighbours agree on, however little it is off"},
-	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), "3", 0, 1e6, NULL,
+	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), 0, 1e6, NULL,
 	 "drop far points, small clusters and clutter first: points hang together that are at most this many local spacings apart, at least 1; "
 	 "0: off"},
-	{"cluster", GNP_PARAMETER_INTEGER, FIELD(cluster), "50", 1, 1e6, NULL,
+	{"cluster", GNP_PARAMETER_INTEGER, FIELD(cluster), 1, 1e6, NULL,
 	 "a cluster is dropped that has fewer points than this (gross)"},
-	{"project", GNP_PARAMETER_BOOL, FIELD(project), "false", 0, 0, NULL, "move the kept points onto the fitted surface"},
-	{"iterations", GNP_PARAMETER_INTEGER, FIELD(iterations), "1", 1, 100, NULL, "of projection, at most (project)"},
-	{"tolerance", GNP_PARAMETER_NUMBER, FIELD(tolerance), "0.001", 0, 1e6, NULL,
+	{"project", GNP_PARAMETER_BOOL, FIELD(project), 0, 0, NULL, "move the kept points onto the fitted surface"},
+	{"iterations", GNP_PARAMETER_INTEGER, FIELD(iterations), 1, 100, NULL, "of projection, at most (project)"},
+	{"tolerance", GNP_PARAMETER_NUMBER, FIELD(tolerance), 0, 1e6, NULL,
 	 "projection ends when points move by less than this many spacings, root mean square (project)"},
-	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights, default_weights),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights),
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -64,13 +63,15 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_common_check_points(call, &((const struct options *)(const void *)call->options)->core.estimate, 0, error);
+	const struct options *o = gnp_call_options(call);
+	return gnp_common_check_points(call, &o->core.estimate, 0, error);
 }
 
 /* On top of the core's: the double copies of points and normals, and what is copied into the answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	const struct gnp_filter_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_filter_options *o = &options->core;
 	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
 	return gnp_common_memory(call->points, width, gnp_filter_memory(call->points, o));
 }
@@ -173,7 +174,7 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter filter = {0};
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
@@ -194,18 +195,5 @@ done:
 	return status;
 }
 
-const struct gnp_operation gnp_operation_filter = {
-	.name = "filter",
-	.help = "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(filter, "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
+              .resolve = resolve);

@@ -14,7 +14,6 @@ struct options {
 	char weights[GNP_MODEL_NAME_MAX + 1];
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 /* A flow smooths noise away itself; what is taught on noise would not see small features. */
 static const char default_weights[] = "clean_50k";
@@ -54,30 +53,30 @@ static const char *const volumes[] = {"none", "preserve", NULL};
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"steps", GNP_PARAMETER_INTEGER, FIELD(steps), "1", 1, 1e6, NULL, "how many to take"},
-	{"dt", GNP_PARAMETER_AUTO, FIELD(dt), "auto", GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; auto: 0.8 of the spacing squared, less as points crowd together"},
-	{"scheme", GNP_PARAMETER_CHOICE, FIELD(scheme), "explicit", 0, 0, schemes,
+	{"steps", GNP_PARAMETER_INTEGER, FIELD(steps), 1, 1e6, NULL, "how many to take"},
+	{"dt", GNP_PARAMETER_AUTO, FIELD(dt), GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; auto: 0.8 of the spacing squared, less as points crowd together"},
+	{"scheme", GNP_PARAMETER_CHOICE, FIELD(scheme), 0, 0, schemes,
 	 "explicit: points move by dt H along the normal; semi_implicit: stable at many times longer steps; conformal: spheres of genus 0 "
 	 "without singularities, points are neither thinned nor inserted"},
-	{"volume", GNP_PARAMETER_CHOICE, FIELD(volume), "none", 0, 0, volumes, "preserve: keep the volume of a closed surface"},
-	{"smoothing_radius", GNP_PARAMETER_AUTO, FIELD(smoothing_radius), "auto", 0, 1e100, NULL,
+	{"volume", GNP_PARAMETER_CHOICE, FIELD(volume), 0, 0, volumes, "preserve: keep the volume of a closed surface"},
+	{"smoothing_radius", GNP_PARAMETER_AUTO, FIELD(smoothing_radius), 0, 1e100, NULL,
 	 "H is averaged by a Gaussian of this radius [length]; 0: not; auto: 0.6 of the spacing"},
-	{"spacing", GNP_PARAMETER_AUTO, FIELD(spacing), "auto", 0, 1e100, NULL,
+	{"spacing", GNP_PARAMETER_AUTO, FIELD(spacing), 0, 1e100, NULL,
 	 "points closer than this are thinned after each step [length]; 0: never; auto: 0.45 of the spacing"},
-	{"insertion", GNP_PARAMETER_AUTO, FIELD(insertion), "auto", 0, 1e100, NULL,
+	{"insertion", GNP_PARAMETER_AUTO, FIELD(insertion), 0, 1e100, NULL,
 	 "points are inserted where none is this near on the surface [length]; 0: never; auto: 1.5 times the spacing"},
-	{"tangential", GNP_PARAMETER_NUMBER, FIELD(tangential), "0", 0, 1, NULL,
+	{"tangential", GNP_PARAMETER_NUMBER, FIELD(tangential), 0, 1, NULL,
 	 "how far points move along the surface towards the middle of their neighbours before each step, which evens them out"},
-	{"projection", GNP_PARAMETER_NUMBER, FIELD(projection), "0.1", 0, 1, NULL,
+	{"projection", GNP_PARAMETER_NUMBER, FIELD(projection), 0, 1, NULL,
 	 "how far points move towards the surface fitted to them before each step, which damps what fits do not see; 0: the paper's step"},
-	{"singularity", GNP_PARAMETER_NUMBER, FIELD(singularity), "0.5", GNP_ABOVE_ZERO, 1e6, NULL,
+	{"singularity", GNP_PARAMETER_NUMBER, FIELD(singularity), GNP_ABOVE_ZERO, 1e6, NULL,
 	 "the flow stops when curvature times spacing exceeds this: a neck or a point collapses"},
-	{"spacing_limit", GNP_PARAMETER_NUMBER, FIELD(spacing_limit), "4", 1, 1e6, NULL,
+	{"spacing_limit", GNP_PARAMETER_NUMBER, FIELD(spacing_limit), 1, 1e6, NULL,
 	 "the flow stops when points are this many times their spacing at the start apart; more than 1"},
-	{"snapshot_every", GNP_PARAMETER_INTEGER, FIELD(snapshot_every), "0", 0, 1e6, NULL,
+	{"snapshot_every", GNP_PARAMETER_INTEGER, FIELD(snapshot_every), 0, 1e6, NULL,
 	 "steps between snapshots of the flow, its start and end among them; 0: none"},
-	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights, default_weights),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights),
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -128,7 +127,8 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 /* On top of the core's: the double copies of points and normals, the mask, and what is copied into the answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	const struct gnp_flow_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_flow_options *o = &options->core;
 	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
 	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record), gnp_flow_memory(call->points, o));
 	return gnp_common_memory(call->points, width, records);
@@ -219,7 +219,7 @@ static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud input = {0};
 	struct gnp_flow flow = {0};
 	unsigned char *fixed = NULL;
@@ -242,18 +242,5 @@ done:
 	return status;
 }
 
-const struct gnp_operation gnp_operation_flow = {
-	.name = "flow",
-	.help = "Mean-curvature flow of a cloud, x_t = H n: surfaces smooth, spheres shrink by R^2 = R0^2 - 2 t.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(flow, "Mean-curvature flow of a cloud, x_t = H n: surfaces smooth, spheres shrink by R^2 = R0^2 - 2 t.",
+              .resolve = resolve);

@@ -10,7 +10,6 @@ struct options {
 	double dt;
 	int steps;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
@@ -23,8 +22,8 @@ static const struct gnp_tensor_info outputs[] = {
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), "0.001", GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; any is stable"},
-	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), "1", 1, 1e6, NULL, "how many to take; all use one factor"},
+	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; any is stable"},
+	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), 1, 1e6, NULL, "how many to take; all use one factor"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
@@ -40,7 +39,7 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK)
 		status = gnp_equation_check_columns(call, "initial", NULL, error);
 	return status == GNP_OK ? gnp_equation_check_columns(call, "source", "initial", error) : status;
@@ -48,8 +47,7 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
-	                           gnp_equation_sides(call, "initial"));
+	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "initial"));
 }
 
 static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o, const struct gnp_task *task,
@@ -67,7 +65,8 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct gnp_common_cloud cloud = {0};
 	struct gnp_prepared_entry *entry = NULL;
 	double *u = NULL, *source = NULL;
@@ -96,18 +95,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_heat = {
-	.name = "heat",
-	.help = "Heat on the surface of a cloud, u_t = Delta u + source, by implicit steps.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = 1,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(heat, "Heat on the surface of a cloud, u_t = Delta u + source, by implicit steps.",
+              .resolve = gnp_equation_resolve);

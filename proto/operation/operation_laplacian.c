@@ -7,7 +7,6 @@ struct options {
 	struct gnp_equation_options equation;
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
@@ -42,8 +41,7 @@ static enum gnp_derivative derivative_of(int output)
 static const struct gnp_parameter parameters[] = {
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "row_offsets,columns,values,kept", 0, 0, NULL,
-	 "comma-separated names of outputs, or all"},
+	GNP_COMMON_OUTPUTS(struct options),
 };
 
 static void defaults(void *options)
@@ -55,13 +53,13 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	return gnp_equation_check(call, error);
 }
 
 /* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
 static size_t rows(const struct gnp_call *call, int64_t extent)
 {
-	const struct gnp_equation_options *o = &((const struct options *)(const void *)call->options)->equation;
+	const struct gnp_equation_options *o = gnp_call_options(call);
 	if (extent == -4)
 		return GNP_ROWS_OTHER; /* a stencil a row */
 	if (extent == -3)
@@ -73,7 +71,7 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 static size_t memory(const struct gnp_call *call)
 {
 	enum { ENTRIES = 30, INDEX = 12, NUMBER = 16 };
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
 	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
 	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
@@ -144,7 +142,8 @@ static unsigned derivatives(uint64_t wanted)
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter_options filter;
 	struct gnp_collocation made = {0};
@@ -165,19 +164,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_laplacian = {
-	.name = "laplacian",
-	.help = "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.rows = rows,
-	.run = run,
-};
+GNP_OPERATION(laplacian, "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
+              .resolve = gnp_equation_resolve, .rows = rows);

@@ -11,7 +11,6 @@ struct options {
 	struct gnp_equation_options equation;
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
@@ -30,13 +29,13 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 
 #define FIELD(name) offsetof(struct options, equation.core.name)
 static const struct gnp_parameter parameters[] = {
-	{"screening", GNP_PARAMETER_NUMBER, FIELD(screening), "0", 0, 1e100, NULL, "alpha in alpha u - Delta u = f; 0: Delta u = -f, u of zero mean"},
-	{"mean", GNP_PARAMETER_CHOICE, FIELD(mean), "area", 0, 0, gnp_equation_means,
+	{"screening", GNP_PARAMETER_NUMBER, FIELD(screening), 0, 1e100, NULL, "alpha in alpha u - Delta u = f; 0: Delta u = -f, u of zero mean"},
+	{"mean", GNP_PARAMETER_CHOICE, FIELD(mean), 0, 0, gnp_equation_means,
 	 "which mean is zero: over the surface, or over the list of points"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -50,7 +49,7 @@ static void defaults(void *options)
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
 	const struct gnp_tensors *given = &call->request->inputs;
-	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK)
 		status = gnp_equation_check_columns(call, "source", NULL, error);
 	if (status == GNP_OK && gnp_tensors_find(given, "values") && !gnp_tensors_find(given, "fixed"))
@@ -60,8 +59,7 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
-	                           gnp_equation_sides(call, "source"));
+	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "source"));
 }
 
 /* Everything a request holds while it runs. */
@@ -202,7 +200,8 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
                       struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct work work = {.found = false};
 	gnp_status status = read_inputs(call, &work, error);
 	o.equation.core.fixed = work.fixed;
@@ -220,18 +219,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_poisson = {
-	.name = "poisson",
-	.help = "Solves alpha u - Delta u = f on the surface of a cloud, for any number of right-hand sides.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(poisson, "Solves alpha u - Delta u = f on the surface of a cloud, for any number of right-hand sides.",
+              .resolve = gnp_equation_resolve);

@@ -194,3 +194,54 @@ gnp_status gnp_parameter_set(const struct gnp_operation *operation, void *option
 		return parse_text(operation, p, options, text, error);
 	}
 }
+
+/* ---- Defaults ---- */
+
+/* Appends the outputs of a mask to a list of names. */
+static void write_names(const struct gnp_operation *operation, uint64_t mask, char *list)
+{
+	char *end = list + strlen(list);
+	for (size_t i = 0; i < operation->output_count; i++) {
+		if (!(mask >> i & 1))
+			continue;
+		end = stpcpy(end, end > list ? "," : "");
+		end = stpcpy(end, operation->outputs[i].name);
+	}
+}
+
+static void write_set(const struct gnp_operation *operation, const struct gnp_parameter *p, uint64_t mask, char *text)
+{
+	bool all = mask == UINT64_MAX >> (64 - operation->output_count);
+	strcpy(text, all ? "all" : "");
+	for (size_t i = 0; !all && p->choices && p->choices[i]; i++) {
+		const char *name = p->choices[i];
+		const struct gnp_tensor_info *first = gnp_tensor_infos_find(operation->outputs, operation->output_count, name, strlen(name));
+		uint64_t bit = first ? UINT64_C(1) << (first - operation->outputs) : 0;
+		write_names(operation, mask & bit, text);
+		mask &= ~bit;
+	}
+	if (!all)
+		write_names(operation, mask, text);
+}
+
+void gnp_parameter_default(const struct gnp_operation *operation, const struct gnp_parameter *parameter,
+                           char text[GNP_PARAMETER_DEFAULT_MAX])
+{
+	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX] = {0};
+	operation->defaults(options);
+	const void *field = options + parameter->offset;
+	switch (parameter->type) {
+	case GNP_PARAMETER_INTEGER: sprintf(text, "%d", *(const int *)field); break;
+	case GNP_PARAMETER_NUMBER: number_text(*(const double *)field, text); break;
+	case GNP_PARAMETER_AUTO:
+		if (isnan(*(const double *)field))
+			strcpy(text, "auto");
+		else
+			number_text(*(const double *)field, text);
+		break;
+	case GNP_PARAMETER_BOOL: strcpy(text, *(const bool *)field ? "true" : "false"); break;
+	case GNP_PARAMETER_CHOICE: strcpy(text, parameter->choices[*(const int *)field]); break;
+	case GNP_PARAMETER_SET: write_set(operation, parameter, *(const uint64_t *)field, text); break;
+	case GNP_PARAMETER_MODEL: strcpy(text, field); break;
+	}
+}

@@ -15,6 +15,12 @@ gnp_status gnp_parameter_parse(const struct gnp_operation *operation, void *opti
                                const char *text, struct gnp_error *error);
 gnp_status gnp_parameter_set(const struct gnp_operation *operation, void *options, const struct gnp_value *value, struct gnp_error *error);
 
+/* Its default as a user would write it: what the operation's `defaults` sets, as text that gnp_parameter_parse reads back. The room is that
+ * of a list of every output. */
+#define GNP_PARAMETER_DEFAULT_MAX (64 * GNP_TENSOR_NAME_MAX)
+void gnp_parameter_default(const struct gnp_operation *operation, const struct gnp_parameter *parameter,
+                           char text[GNP_PARAMETER_DEFAULT_MAX]);
+
 /* Whether a parameter is a number with a range, and that range as texts show it: "12..500", ">0..1e100". */
 bool gnp_parameter_is_number(const struct gnp_parameter *parameter);
 #define GNP_PARAMETER_RANGE_MAX 80

@@ -29,11 +29,13 @@ static void put_value(struct gnp_writer *w, const struct gnp_parameter *p)
 gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_writer w = gnp_writer_to(buffer, error);
+	char default_text[GNP_PARAMETER_DEFAULT_MAX];
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		const struct gnp_parameter *p = &operation->parameters[i];
 		gnp_writer_printf(&w, "  --%s", p->name);
 		put_value(&w, p);
-		gnp_writer_printf(&w, "\n        %s (default %s)\n", p->help, p->default_text);
+		gnp_parameter_default(operation, p, default_text);
+		gnp_writer_printf(&w, "\n        %s (default %s)\n", p->help, default_text);
 		for (size_t o = 0; p->type == GNP_PARAMETER_SET && o < operation->output_count; o++)
 			gnp_writer_printf(&w, "          %-28s %s\n", operation->outputs[o].name, operation->outputs[o].help);
 	}

@@ -59,6 +59,20 @@ static void put_type(struct gnp_writer *w, const struct gnp_parameter *p)
 		gnp_writer_text(w, "}, {type: string, enum: [auto]}]");
 }
 
+static void put_default(struct gnp_writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
+{
+	char text[GNP_PARAMETER_DEFAULT_MAX];
+	double number;
+	gnp_parameter_default(operation, p, text);
+	gnp_writer_text(w, ", default: ");
+	if (gnp_number_read(text, text + strlen(text), &number))
+		put_number(w, number);
+	else if (p->type == GNP_PARAMETER_BOOL)
+		gnp_writer_text(w, text);
+	else
+		put_quoted(w, text);
+}
+
 static void put_schema(struct gnp_writer *w, const struct gnp_operation *operation, const struct gnp_parameter *p)
 {
 	gnp_writer_text(w, "{");
@@ -76,14 +90,7 @@ static void put_schema(struct gnp_writer *w, const struct gnp_operation *operati
 	}
 	if (p->type == GNP_PARAMETER_MODEL)
 		gnp_writer_printf(w, ", maxLength: %d", GNP_MODEL_NAME_MAX);
-	gnp_writer_text(w, ", default: ");
-	double number;
-	if (gnp_number_read(p->default_text, p->default_text + strlen(p->default_text), &number))
-		put_number(w, number);
-	else if (p->type == GNP_PARAMETER_BOOL)
-		gnp_writer_printf(w, "%s", p->default_text);
-	else
-		put_quoted(w, p->default_text);
+	put_default(w, operation, p);
 	gnp_writer_text(w, "}");
 }
 
