@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "proto/codec/rows.h"
+#include "proto/file/file.h"
 #include "proto/operation/call.h"
 
 /* ---- What is known before ---- */
@@ -103,25 +105,25 @@ static bool is_matrix(const struct plan *plan)
 	return find_planned(plan, "row_offsets") && find_planned(plan, "columns") && find_planned(plan, "values");
 }
 
-bool gnp_result_fits(enum gnp_format format, const struct gnp_call *call)
+bool gnp_result_fits(const struct gnp_format *format, const struct gnp_call *call)
 {
 	struct plan plan = make_plan(call);
-	if (format == GNP_FORMAT_NPY)
+	if (format->holds == GNP_HOLDS_ARRAY)
 		return is_one_array(&plan);
-	if (format == GNP_FORMAT_MTX)
+	if (format->holds == GNP_HOLDS_MATRIX)
 		return is_matrix(&plan);
 	return !gnp_format_of_rows(format) || (fit_in_rows(&plan, true) == ALWAYS && !has_too_many_columns(&plan));
 }
 
-gnp_status gnp_result_check(enum gnp_format format, const struct gnp_call *call, struct gnp_error *error)
+gnp_status gnp_result_check(const struct gnp_format *format, const struct gnp_call *call, struct gnp_error *error)
 {
 	struct plan plan = make_plan(call);
-	if (format == GNP_FORMAT_NPY && !is_one_array(&plan))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npy: holds one array beside points, the answer has %zu: ask for npz or one output",
-		                     arrays_beside_points(&plan));
-	if (format == GNP_FORMAT_MTX && !is_matrix(&plan))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "mtx: needs row_offsets, columns and values, a sparse matrix, which %s does not answer",
-		                     call->operation->name);
+	if (format->holds == GNP_HOLDS_ARRAY && !is_one_array(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: holds one array beside points, the answer has %zu: ask for npz or one output",
+		                     format->name, arrays_beside_points(&plan));
+	if (format->holds == GNP_HOLDS_MATRIX && !is_matrix(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: needs row_offsets, columns and values, a sparse matrix, which %s does not answer",
+		                     format->name, call->operation->name);
 	if (gnp_format_of_rows(format) && fit_in_rows(&plan, false) == NEVER)
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: the points have %zu rows, and none of the outputs has: ask for npz or json",
 		                     gnp_format_name(format), call->points);
@@ -140,13 +142,13 @@ static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *t
 }
 
 /* Whether a file of the format can hold the tensor beside the points. */
-static bool is_carried(enum gnp_format format, const struct gnp_tensor *points, const struct gnp_tensor *tensor)
+static bool is_carried(const struct gnp_format *format, const struct gnp_tensor *points, const struct gnp_tensor *tensor)
 {
 	return !gnp_format_of_rows(format) || !points || (tensor->rank && tensor->shape[0] == points->shape[0]);
 }
 
 /* Borrows what is carried; the names of the rest go to left_out. */
-static gnp_status collect(enum gnp_format format, const struct gnp_tensor *points, const struct gnp_tensors *outputs,
+static gnp_status collect(const struct gnp_format *format, const struct gnp_tensor *points, const struct gnp_tensors *outputs,
                           struct gnp_tensors *tensors, struct gnp_buffer *left_out, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
@@ -163,7 +165,7 @@ static gnp_status collect(enum gnp_format format, const struct gnp_tensor *point
 }
 
 /* The comments with `left_out` before them: where a format cuts them short, this one is kept. */
-static gnp_status encode_with(enum gnp_format format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
+static gnp_status encode_with(const struct gnp_format *format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
                               const struct gnp_buffer *left_out, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_value first = {.name = "left_out", .type = GNP_VALUE_STRING, .string = (char *)left_out->data};
@@ -179,7 +181,7 @@ static gnp_status encode_with(enum gnp_format format, const struct gnp_tensors *
 	return status;
 }
 
-gnp_status gnp_result_encode(enum gnp_format format, const struct gnp_request *request, const struct gnp_response *response,
+gnp_status gnp_result_encode(const struct gnp_format *format, const struct gnp_request *request, const struct gnp_response *response,
                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	const struct gnp_tensors *outputs = &response->outputs;

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "core/base/names.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/parameters.h"
+#include "proto/format/format.h"
 #include "proto/json/json_numbers.h"
 #include "proto/json/json_text.h"
 #include "proto/operation/operation.h"
@@ -149,7 +150,7 @@ static gnp_status check_member(const struct gnp_decode *decode, const char *key,
 
 /* ---- Files ---- */
 
-gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_json_document document = {0};
 	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, tensors->budget, &document, error);
@@ -179,8 +180,8 @@ gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tens
 	return status;
 }
 
-gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments,
-                                struct gnp_buffer *buffer, struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_append(buffer, "{", 1, error);
 	if (status == GNP_OK && comments && comments->count) {
@@ -199,3 +200,19 @@ gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct 
 	}
 	return status == GNP_OK ? gnp_buffer_append(buffer, "}\n", 2, error) : status;
 }
+
+static bool begins(const char *text, const char *end)
+{
+	return gnp_format_begins(text, end, "{");
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_parameters_read_member((const char *)body, size, values, error);
+}
+
+static const char *const other_media_types[] = {"text/json", NULL};
+
+const struct gnp_format gnp_format_json = {
+	.name = "json", .media_type = "application/json", .extension = "json", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_TENSORS, .begins = begins, .decode = decode_file, .encode = encode_file, .parameters = parameters};

@@ -2,7 +2,8 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/format/format.h"
 #include "proto/tensor/number.h"
 
 /* Tensors of an operation that makes matrices, checked to fit together. */
@@ -55,18 +56,27 @@ static gnp_status write_row(const struct matrix *matrix, size_t row, struct gnp_
 	return status;
 }
 
-gnp_status gnp_mtx_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                          struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
 {
 	struct matrix matrix;
 	gnp_status status = find_matrix(tensors, &matrix, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "%%%%MatrixMarket matrix coordinate real general\n");
 	if (status == GNP_OK)
-		status = gnp_write_comments(comments, "% ", buffer, error);
+		status = gnp_comments_write(comments, "% ", buffer, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "%zu %zu %zu\n", matrix.rows, matrix.columns_count, matrix.entries);
 	for (size_t row = 0; row < matrix.rows && status == GNP_OK; row++)
 		status = write_row(&matrix, row, buffer, error);
 	return status;
 }
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "%", "", values, error);
+}
+
+const struct gnp_format gnp_format_mtx = {
+	.name = "mtx", .media_type = "application/x-matrix-market", .extension = "mtx", .holds = GNP_HOLDS_MATRIX,
+	.encode = encode_file, .parameters = parameters};

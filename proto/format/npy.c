@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/format/format.h"
 #include "proto/tensor/scalar.h"
 
 /* dtype kinds and sizes as numpy spells them. */
@@ -196,7 +196,7 @@ static gnp_status check_normals(const struct gnp_tensor *source, const char *nam
 		double n[3];
 		for (size_t c = 0; c < 3; c++)
 			n[c] = gnp_tensor_get(source, 6 * row + 3 + c);
-		status = gnp_check_normal_columns(name, row, n, "the first three columns alone where they are colours", error);
+		status = gnp_decode_check_normal(name, row, n, "the first three columns alone where they are colours", error);
 	}
 	return status;
 }
@@ -241,7 +241,7 @@ gnp_status gnp_npy_split_vectors(struct gnp_tensors *tensors, const char *name, 
 	return status;
 }
 
-gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_npy npy;
 	gnp_status status = gnp_npy_read_header(decode->body, decode->size, &npy, error);
@@ -304,7 +304,7 @@ static const struct gnp_tensor *only_array(const struct gnp_tensors *tensors)
 	return NULL;
 }
 
-gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	(void)comments; /* the format has no place for them */
@@ -315,3 +315,10 @@ gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	gnp_status status = gnp_npy_write_header(tensor, buffer, error);
 	return status == GNP_OK ? gnp_buffer_append(buffer, tensor->data, tensor->size, error) : status;
 }
+
+static const char *const magic[] = {"\x93NUMPY", NULL};
+static const char *const other_media_types[] = {"application/npy", NULL};
+
+const struct gnp_format gnp_format_npy = {
+	.name = "npy", .media_type = "application/x-npy", .extension = "npy", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ARRAY, .magic = magic, .decode = decode_file, .encode = encode_file};

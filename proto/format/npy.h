@@ -2,7 +2,8 @@
 #ifndef GNP_PROTO_NPY_H
 #define GNP_PROTO_NPY_H
 
-#include "proto/format/file_codec.h"
+#include "proto/codec/decode.h"
+#include "proto/tensor/buffer.h"
 
 struct gnp_npy {
 	enum gnp_datatype datatype;

@@ -6,8 +6,10 @@
 #include <zlib.h>
 
 #include "core/base/memory.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/parameters.h"
+#include "proto/format/format.h"
 #include "proto/format/npy.h"
-#include "proto/format/parameters.h"
 
 enum {
 	ENTRIES_MAX = 4096,
@@ -211,7 +213,7 @@ static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gn
 	return status;
 }
 
-gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	zip_source_t *source;
 	zip_t *archive;
@@ -255,7 +257,8 @@ static gnp_status read_report(zip_t *archive, zip_uint64_t index, struct gnp_buf
 	return status;
 }
 
-gnp_status gnp_npz_parameters(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error)
+/* The bytes of the array `parameters` of an answer; none where there is no such array. */
+static gnp_status read_json(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error)
 {
 	zip_source_t *source;
 	zip_t *archive;
@@ -357,7 +360,7 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 	return status;
 }
 
-gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	struct gnp_buffer *files = gnp_array_zero(tensors->count + 1, sizeof *files), comment = {0}, *report = files + tensors->count;
@@ -367,7 +370,7 @@ gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	if (status == GNP_OK && comments && comments->count)
 		status = make_report(comments, report, error);
 	if (status == GNP_OK)
-		status = gnp_write_comments(comments, "", &comment, error);
+		status = gnp_comments_write(comments, "", &comment, error);
 	if (status == GNP_OK)
 		status = pack(tensors, files, &comment, buffer, error);
 	for (size_t i = 0; i <= tensors->count; i++)
@@ -376,3 +379,20 @@ gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	gnp_buffer_clear(&comment);
 	return status;
 }
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	struct gnp_buffer json = {0};
+	gnp_status status = read_json(body, size, &json, error);
+	if (status == GNP_OK && json.size)
+		status = gnp_parameters_read((const char *)json.data, json.size, values, error);
+	gnp_buffer_clear(&json);
+	return status;
+}
+
+static const char *const magic[] = {"PK\x03\x04", "PK\x05\x06", NULL};
+static const char *const other_media_types[] = {"application/npz", "application/zip", NULL};
+
+const struct gnp_format gnp_format_npz = {
+	.name = "npz", .media_type = "application/x-npz", .extension = "npz", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_TENSORS, .magic = magic, .decode = decode_file, .encode = encode_file, .parameters = parameters};

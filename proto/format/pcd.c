@@ -3,7 +3,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/fields.h"
+#include "proto/format/format.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/scalar.h"
 
@@ -292,7 +294,7 @@ static gnp_status read_body(struct pcd *pcd, const struct gnp_decode *decode, st
 	return status;
 }
 
-gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct pcd pcd = {.p = decode->body, .end = decode->body + decode->size, .error = error};
 	gnp_status status = read_header(&pcd);
@@ -309,3 +311,21 @@ gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	free(pcd.fields);
 	return status;
 }
+
+/* Past the comment of the first line. */
+static bool begins(const char *text, const char *end)
+{
+	return gnp_format_begins(text, end, "VERSION ") || gnp_format_begins(text, end, "FIELDS ");
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "#", "DATA", values, error);
+}
+
+static const char *const magic[] = {"# .PCD", NULL};
+static const char *const other_media_types[] = {"application/pcd", "application/vnd.pcd", NULL};
+
+const struct gnp_format gnp_format_pcd = {
+	.name = "pcd", .media_type = "application/x-pcd", .extension = "pcd", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .magic = magic, .begins = begins, .decode = decode_file, .parameters = parameters};

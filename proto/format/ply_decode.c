@@ -1,9 +1,10 @@
-/* PLY in: ascii and both binary byte orders. Only the element `vertex` is kept; the others are stepped over. */
+#include "proto/format/ply_decode.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/fields.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/scalar.h"
 

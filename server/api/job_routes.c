@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "core/base/names.h"
+#include "proto/file/formats.h"
 #include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "server/api/routes.h"
@@ -334,7 +335,7 @@ static gnp_status choose_part(struct gnpd_request *request, const char *tag, siz
 static const char *type_of(const struct gnpd_job_record *record)
 {
 	const char *type = gnp_format_media_type_spelled(record->result_type);
-	return type ? type : gnp_format_media_type(GNP_FORMAT_COUNT);
+	return type ? type : gnp_format_generic_media_type;
 }
 
 /* The headers that the call's own answer would have had. */

@@ -1,6 +1,6 @@
 #include "server/api/openapi.h"
 
-#include "proto/format/parameters.h"
+#include "proto/codec/parameters.h"
 #include "proto/operation/operations.h"
 #include "proto/tensor/datatype.h"
 #include "server/api/openapi_jobs.h"

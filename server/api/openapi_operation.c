@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/operation/parameter.h"
 #include "proto/tensor/number.h"
 
@@ -110,9 +110,10 @@ static void put_query(struct gnp_writer *w, const struct gnp_operation *operatio
 
 static void put_media_types(struct gnp_writer *w, bool in, const char *indent)
 {
-	for (int f = 0; f < GNP_FORMAT_COUNT; f++) {
+	const struct gnp_format *f;
+	for (size_t i = 0; (f = gnp_format_at(i)); i++) {
 		if (in ? gnp_format_readable(f) : gnp_format_writable(f))
-			gnp_writer_printf(w, "%s%s: {schema: {type: string, format: binary}}\n", indent, gnp_format_media_type(f));
+			gnp_writer_printf(w, "%s%s: {schema: {type: string, format: binary}}\n", indent, f->media_type);
 	}
 }
 
@@ -157,6 +158,18 @@ static void put_timeout(struct gnp_writer *w)
 	       "schema: {type: string}}\n");
 }
 
+static void put_written_formats(struct gnp_writer *w)
+{
+	const struct gnp_format *f;
+	const char *separator = "";
+	for (size_t i = 0; (f = gnp_format_at(i)); i++) {
+		if (!gnp_format_writable(f))
+			continue;
+		gnp_writer_printf(w, "%s%s", separator, f->name);
+		separator = ", ";
+	}
+}
+
 static void put_file_operation(struct gnp_writer *w, const struct gnp_operation *operation)
 {
 	gnp_writer_printf(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: "
@@ -170,12 +183,7 @@ static void put_file_operation(struct gnp_writer *w, const struct gnp_operation 
 	                  "where Accept names none; else the format of the body, or npz where that has no place for the "
 	                  "answer'\n"
 	       "          schema: {type: string, enum: [");
-	for (int f = 0, first = 1; f < GNP_FORMAT_COUNT; f++) {
-		if (gnp_format_writable(f)) {
-			gnp_writer_printf(w, "%s%s", first ? "" : ", ", gnp_format_name(f));
-			first = 0;
-		}
-	}
+	put_written_formats(w);
 	gnp_writer_text(w, "]}\n");
 	put_timeout(w);
 	gnp_writer_text(w, "      requestBody:\n        required: true\n        content:\n");

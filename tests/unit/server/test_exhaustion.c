@@ -150,7 +150,7 @@ static void make_cloud(struct gnp_tensors *tensors, const char *extra)
 		((double *)tensor->data)[i] = 1 - (2 * (double)i + 1) / COUNT;
 }
 
-static void sweep_format(enum gnp_format format, const char *uri)
+static void sweep_format(const struct gnp_format *format, const char *uri)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_buffer body = {0};
@@ -163,11 +163,11 @@ static void sweep_format(enum gnp_format format, const char *uri)
 
 static void files_in_and_out(void)
 {
-	sweep_format(GNP_FORMAT_PLY, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_NPY, "/v1/estimate?estimator=gmls&k=20&format=json");
-	sweep_format(GNP_FORMAT_NPZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_XYZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_JSON, "/v1/estimate?estimator=gmls&k=20&format=vtk");
+	sweep_format(&gnp_format_ply, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_npy, "/v1/estimate?estimator=gmls&k=20&format=json");
+	sweep_format(&gnp_format_npz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_xyz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_json, "/v1/estimate?estimator=gmls&k=20&format=vtk");
 }
 
 static void sweep_text(const char *uri, const char *content_type, const char *head, const char *row)
@@ -200,7 +200,7 @@ static void compressed_bodies(void)
 	unsigned char packed[4096];
 	uLongf size = sizeof packed;
 	make_cloud(&tensors, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, NULL, &body, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, NULL, &body, NULL) == GNP_OK);
 	CHECK(compress(packed, &size, body.data, body.size) == Z_OK);
 	sweep(&(struct kind){.uri = "/v1/estimate?estimator=gmls&k=20", .encoding = "deflate", .body = packed, .size = size, .code = 200});
 	gnp_buffer_clear(&body);

@@ -1,9 +1,13 @@
-/* PLY out: binary little-endian, one vertex element. */
+/* PLY: what the format is, and how it is written: binary little-endian, one vertex element. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/fields.h"
+#include "proto/codec/rows.h"
+#include "proto/format/format.h"
+#include "proto/format/ply_decode.h"
 
 static const char *const type_names[GNP_DATATYPE_COUNT] = {
 	[GNP_UINT8] = "uchar", [GNP_UINT16] = "ushort", [GNP_UINT32] = "uint",  [GNP_INT8] = "char",
@@ -15,7 +19,7 @@ static gnp_status write_header(const struct gnp_row_item *items, size_t count, s
 {
 	gnp_status status = gnp_buffer_printf(buffer, error, "ply\nformat binary_little_endian 1.0\n");
 	if (status == GNP_OK)
-		status = gnp_write_comments(comments, "comment ", buffer, error);
+		status = gnp_comments_write(comments, "comment ", buffer, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "element vertex %zu\n", rows);
 	enum gnp_datatype type = GNP_FP64;
@@ -106,8 +110,8 @@ static gnp_status write_rows(const struct gnp_row_item *items, size_t count, siz
 	return status;
 }
 
-gnp_status gnp_ply_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                          struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
 {
 	struct gnp_row_item *items;
 	size_t count;
@@ -121,3 +125,15 @@ gnp_status gnp_ply_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	free(items);
 	return status;
 }
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "comment ", "end_header", values, error);
+}
+
+static const char *const magic[] = {"ply\n", "ply\r", NULL};
+static const char *const other_media_types[] = {"model/ply", "application/x-ply", NULL};
+
+const struct gnp_format gnp_format_ply = {
+	.name = "ply", .media_type = "application/ply", .extension = "ply", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .magic = magic, .decode = gnp_ply_decode, .encode = encode_file, .parameters = parameters};

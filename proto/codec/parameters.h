@@ -1,8 +1,10 @@
-/* What an answer says of itself, as text: written where a format has no lines for comments, and read back from every format. */
+/* What an answer says of itself as a JSON object: written where a format has no lines for comments, and read back. */
 #ifndef GNP_PROTO_PARAMETERS_H
 #define GNP_PROTO_PARAMETERS_H
 
-#include "proto/file/file.h"
+#include <stddef.h>
+
+#include "core/base/status.h"
 #include "proto/tensor/message.h"
 
 /* The array of NPZ and the field of VTK that hold it: bytes of a JSON object. */
@@ -18,10 +20,7 @@ gnp_status gnp_parameters_write(const struct gnp_values *values, struct gnp_buff
 gnp_status gnp_parameters_write_short(const struct gnp_values *values, struct gnp_buffer *buffer, struct gnp_error *error);
 /* Adds what such an object says; members that are no plain values are passed over. */
 gnp_status gnp_parameters_read(const char *text, size_t size, struct gnp_values *values, struct gnp_error *error);
-
-/* Adds what a file says of itself: the parameters of an answer under their names, and lines of comments, whose first word is taken for the
- * name and the rest for a text. Formats without a place for either (NPY), and files that say nothing, add nothing. */
-gnp_status gnp_file_parameters(enum gnp_format format, const unsigned char *body, size_t size, struct gnp_values *values,
-                               struct gnp_error *error);
+/* The same of the member `parameters` of a document. */
+gnp_status gnp_parameters_read_member(const char *text, size_t size, struct gnp_values *values, struct gnp_error *error);
 
 #endif
