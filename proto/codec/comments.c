@@ -27,7 +27,8 @@ static void comment_text(const struct gnp_value *value, char *text, size_t size)
 }
 
 /* A line each: readers of some formats have no room for all in one. */
-static gnp_status write_warnings(const char *joined, const char *prefix, struct gnp_buffer *buffer, struct gnp_error *error)
+static gnp_status write_warnings(const char *joined, const char *prefix, struct gnp_buffer *buffer,
+                                 struct gnp_error *error)
 {
 	const char *text;
 	size_t length;

@@ -41,11 +41,13 @@ const struct gnp_tensor_info *gnp_decode_input(const struct gnp_decode *decode, 
 	return NULL;
 }
 
-gnp_status gnp_decode_check_normal(const char *what, size_t row, const double normal[3], const char *otherwise, struct gnp_error *error)
+gnp_status gnp_decode_check_normal(const char *what, size_t row, const double normal[3], const char *otherwise,
+                                   struct gnp_error *error)
 {
 	double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
 	if (fabs(length - 1) < 0.05)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: row %zu: columns 4 to 6 have length %g, need unit normals or %s", what, row, length,
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "%s: row %zu: columns 4 to 6 have length %g, need unit normals or %s", what, row, length,
 	                     otherwise);
 }

@@ -120,8 +120,8 @@ static gnp_status bind_columns(const char *name, const struct fields *fields, co
 	return status;
 }
 
-static gnp_status bind_wide(const char *name, const struct fields *fields, struct gnp_tensors *tensors, struct gnp_column *columns,
-                            struct gnp_error *error)
+static gnp_status bind_wide(const char *name, const struct fields *fields, struct gnp_tensors *tensors,
+                            struct gnp_column *columns, struct gnp_error *error)
 {
 	int *at = gnp_array_new(fields->count, sizeof *at);
 	if (!at)
@@ -132,8 +132,8 @@ static gnp_status bind_wide(const char *name, const struct fields *fields, struc
 	return status;
 }
 
-static gnp_status bind_input(const struct gnp_tensor_info *info, const struct fields *fields, struct gnp_tensors *tensors,
-                             struct gnp_column *columns, struct gnp_error *error)
+static gnp_status bind_input(const struct gnp_tensor_info *info, const struct fields *fields,
+                             struct gnp_tensors *tensors, struct gnp_column *columns, struct gnp_error *error)
 {
 	int field = find_field(fields, info->name);
 	if (field != NONE)
@@ -177,8 +177,8 @@ gnp_status gnp_fields_bind(const struct gnp_decode *decode, const char *format, 
 	return status;
 }
 
-bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source, size_t step,
-                     size_t rows)
+bool gnp_column_copy(const struct gnp_column *column, enum gnp_datatype datatype, const unsigned char *source,
+                     size_t step, size_t rows)
 {
 	unsigned char *target = column->target;
 	size_t size = gnp_datatype_size(datatype);

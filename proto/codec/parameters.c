@@ -31,7 +31,8 @@ static gnp_status append_ascii(const struct gnp_buffer *json, struct gnp_buffer 
 		else if (code < 0x10000)
 			status = gnp_buffer_printf(buffer, error, "\\u%04x", code);
 		else
-			status = gnp_buffer_printf(buffer, error, "\\u%04x\\u%04x", 0xd800 + ((code - 0x10000) >> 10), 0xdc00 + (code & 0x3ff));
+			status = gnp_buffer_printf(buffer, error, "\\u%04x\\u%04x", 0xd800 + ((code - 0x10000) >> 10),
+			                           0xdc00 + (code & 0x3ff));
 	}
 	return status;
 }
@@ -87,7 +88,8 @@ static gnp_status write_kinds(const struct gnp_values *values, struct gnp_buffer
 	return status;
 }
 
-gnp_status gnp_parameters_write_short(const struct gnp_values *values, struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnp_parameters_write_short(const struct gnp_values *values, struct gnp_buffer *buffer,
+                                      struct gnp_error *error)
 {
 	size_t before = buffer->size;
 	gnp_status status = gnp_parameters_write(values, buffer, error);
@@ -127,7 +129,8 @@ static gnp_status add_members(json_t *object, struct gnp_values *values, struct 
 }
 
 /* key: of the member whose members are added; NULL: the document's own. */
-static gnp_status read_members(const char *text, size_t size, const char *key, struct gnp_values *values, struct gnp_error *error)
+static gnp_status read_members(const char *text, size_t size, const char *key, struct gnp_values *values,
+                               struct gnp_error *error)
 {
 	struct gnp_json_document document = {0};
 	gnp_status status = gnp_json_parse(text, size, 1, NULL, NULL, &document, error);

@@ -70,11 +70,13 @@ static gnp_status count_items(const struct gnp_tensors *tensors, const char *for
 	for (size_t i = 0; i < tensors->count; i++) {
 		const struct gnp_tensor *t = &tensors->items[i];
 		if (t->rank == 0 || t->shape[0] != rows)
-			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: \"%s\" has %zu rows, need %zu as points has: ask for npz",
+			return gnp_error_set(error, GNP_NOT_ACCEPTABLE,
+			                     "%s: \"%s\" has %zu rows, need %zu as points has: ask for npz",
 			                     format, t->name, t->rank ? t->shape[0] : 0, rows);
 		*most += rows ? row_width(t) : 0;
 		if (*most > GNP_FORMAT_COLUMNS_MAX)
-			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", format, GNP_FORMAT_COLUMNS_MAX);
+			return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", format,
+			                     GNP_FORMAT_COLUMNS_MAX);
 	}
 	return GNP_OK;
 }

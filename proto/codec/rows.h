@@ -1,4 +1,5 @@
-/* The columns of a file made of rows that is written: which number of which tensor stands in each, and under what name. */
+/* The columns of a file made of rows that is written: which number of which tensor stands in each, and under what
+ * name. */
 #ifndef GNP_PROTO_ROWS_H
 #define GNP_PROTO_ROWS_H
 
@@ -11,8 +12,8 @@
 /* Most columns of such a file. */
 #define GNP_FORMAT_COLUMNS_MAX 4096
 
-/* The type a tensor is stored in where a format has neither BOOL and FP16 nor integers of 64 bits: UINT8 for BOOL, FP32 for FP16, INT32
- * for wide integers that all fit, else FP64. */
+/* The type a tensor is stored in where a format has neither BOOL and FP16 nor integers of 64 bits: UINT8 for BOOL,
+ * FP32 for FP16, INT32 for wide integers that all fit, else FP64. */
 enum gnp_datatype gnp_stored_type(const struct gnp_tensor *tensor);
 
 /* A number of every row of a tensor, under the name a file gives it. */

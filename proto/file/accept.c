@@ -68,7 +68,8 @@ static bool covers(const struct entry *entry, const char *media_type)
 	if (is_entry(entry, "*/*") || is_entry(entry, gnp_format_generic_media_type))
 		return true;
 	size_t stem = entry->length ? entry->length - 1 : 0;
-	return stem > 1 && entry->type[stem] == '*' && entry->type[stem - 1] == '/' && strncasecmp(entry->type, media_type, stem) == 0;
+	bool range = stem > 1 && entry->type[stem] == '*' && entry->type[stem - 1] == '/';
+	return range && strncasecmp(entry->type, media_type, stem) == 0;
 }
 
 /* Whether the header names a format with q=0. */
@@ -78,7 +79,8 @@ static bool is_refused(const char *accept, const struct gnp_format *format)
 	const char *media_type;
 	const struct gnp_format *named;
 	while (next_entry(&accept, &entry))
-		if (entry.quality == 0 && gnp_format_find_media_type(entry.type, entry.length, &named, &media_type) && named == format)
+		if (entry.quality == 0 && gnp_format_find_media_type(entry.type, entry.length, &named, &media_type) &&
+		    named == format)
 			return true;
 	return false;
 }

@@ -13,10 +13,10 @@ struct gnp_format_choice {
 	bool asked;             /* the client named it, so that no other may take its place */
 };
 
-/* Changes the choice to what an Accept header (RFC 9110) likes best of what can be written: the type with the highest q, the first of
- * several. A range, and application/octet-stream, mean the format chosen before where they cover it, else the first they cover; a type
- * with q=0 is none of a range's. Entries whose q is not 0 to 1 with at most three decimals are passed over. False, and the choice
- * unchanged, when nothing is left. */
+/* Changes the choice to what an Accept header (RFC 9110) likes best of what can be written: the type with the
+ * highest q, the first of several. A range, and application/octet-stream, mean the format chosen before where they
+ * cover it, else the first they cover; a type with q=0 is none of a range's. Entries whose q is not 0 to 1 with at
+ * most three decimals are passed over. False, and the choice unchanged, when nothing is left. */
 bool gnp_format_by_accept(const char *accept, struct gnp_format_choice *choice);
 
 #endif

@@ -45,8 +45,8 @@ static gnp_status decode(const struct gnp_format *format, const struct gnp_decod
 	return status;
 }
 
-gnp_status gnp_file_decode(const struct gnp_format *format, const unsigned char *body, size_t size, const struct gnp_file_wants *wants,
-                           struct gnp_tensors *tensors, struct gnp_error *error)
+gnp_status gnp_file_decode(const struct gnp_format *format, const unsigned char *body, size_t size,
+                           const struct gnp_file_wants *wants, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_decode request = {.body = body, .size = size, .wants = wants ? *wants : (struct gnp_file_wants){0}};
 	return decode(format, &request, tensors, error);
@@ -59,8 +59,8 @@ gnp_status gnp_file_decode_all(const struct gnp_format *format, const unsigned c
 	return decode(format, &request, tensors, error);
 }
 
-gnp_status gnp_file_encode(const struct gnp_format *format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
-                           struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnp_file_encode(const struct gnp_format *format, const struct gnp_tensors *tensors,
+                           const struct gnp_values *comments, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	if (!gnp_format_writable(format))
 		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "format %s cannot be written", gnp_format_name(format));
@@ -71,8 +71,8 @@ gnp_status gnp_file_encode(const struct gnp_format *format, const struct gnp_ten
 	return status;
 }
 
-gnp_status gnp_file_parameters(const struct gnp_format *format, const unsigned char *body, size_t size, struct gnp_values *values,
-                               struct gnp_error *error)
+gnp_status gnp_file_parameters(const struct gnp_format *format, const unsigned char *body, size_t size,
+                               struct gnp_values *values, struct gnp_error *error)
 {
 	return format && format->parameters ? format->parameters(body, size, values, error) : GNP_OK;
 }

@@ -3,8 +3,8 @@
 #include <string.h>
 #include <strings.h>
 
-/* One row for each format, which is defined as gnp_format_NAME in a file of proto/format. Lists name them in this order, and a range in an
- * Accept header means the first that it covers. */
+/* One row for each format, which is defined as gnp_format_NAME in a file of proto/format. Lists name them in this
+ * order, and a range in an Accept header means the first that it covers. */
 #define FORMATS(X) X(ply) X(npy) X(npz) X(xyz) X(csv) X(pcd) X(obj) X(vtk) X(mtx) X(json)
 
 #define DECLARE(name) extern const struct gnp_format gnp_format_##name;

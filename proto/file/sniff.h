@@ -7,7 +7,8 @@
 
 #include "proto/format/format.h"
 
-/* A magic first, else how its text begins past comments. False, and *format unchanged, when the body looks like none. */
+/* A magic first, else how its text begins past comments. False, and *format unchanged, when the body looks like
+ * none. */
 bool gnp_format_by_magic(const unsigned char *data, size_t size, const struct gnp_format **format);
 
 #endif

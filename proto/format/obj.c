@@ -51,7 +51,8 @@ static gnp_status read_lines(struct obj *obj)
 		while (p < stop && (*p == ' ' || *p == '\t'))
 			p++;
 		gnp_status status = GNP_OK;
-		if (stop - p > 2 && p[0] == 'v' && (p[1] == ' ' || p[1] == '\t' || (p[1] == 'n' && (p[2] == ' ' || p[2] == '\t'))))
+		if (stop - p > 2 &&
+		    p[0] == 'v' && (p[1] == ' ' || p[1] == '\t' || (p[1] == 'n' && (p[2] == ' ' || p[2] == '\t'))))
 			status = read_entry(obj, p, stop);
 		else if (stop - p > 1 && p[0] == 'f' && (p[1] == ' ' || p[1] == '\t'))
 			obj->faces++;

@@ -39,7 +39,8 @@ struct span {
 };
 
 /* (count) at most; returns how many there are, and the bytes of a row. */
-static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t rows, struct span *spans, size_t *stride)
+static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t rows, struct span *spans,
+                         size_t *stride)
 {
 	size_t made = 0, offset = 0;
 	for (size_t i = 0; i < count; i++) {
@@ -60,7 +61,8 @@ static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t 
 }
 
 /* Sizes known to the compiler spare the call. */
-static void copy_span(const struct span *span, const unsigned char *source, unsigned char *target, size_t stride, size_t rows)
+static void copy_span(const struct span *span, const unsigned char *source, unsigned char *target, size_t stride,
+                      size_t rows)
 {
 	if (span->from != span->to) {
 		struct gnp_column column = {target, stride, span->to};
@@ -84,8 +86,8 @@ static void write_blocks(const struct span *spans, size_t count, size_t rows, un
 	for (size_t first = 0; first < rows; first += BLOCK) {
 		size_t some = rows - first < BLOCK ? rows - first : BLOCK;
 		for (size_t s = 0; s < count; s++)
-			copy_span(&spans[s], spans[s].source + first * spans[s].step, target + first * stride + spans[s].offset, stride,
-			          some);
+			copy_span(&spans[s], spans[s].source + first * spans[s].step, target + first * stride + spans[s].offset,
+			          stride, some);
 	}
 }
 
@@ -110,8 +112,8 @@ static gnp_status write_rows(const struct gnp_row_item *items, size_t count, siz
 	return status;
 }
 
-static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                              struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_row_item *items;
 	size_t count;

@@ -1,5 +1,6 @@
-/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array; what the answer says of itself
- * is the field `parameters`, bytes of JSON, since the title has room for a part of it alone. */
+/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array; what
+ * the answer says of itself is the field `parameters`, bytes of JSON, since the title has room for a part of it
+ * alone. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,8 +14,10 @@
 static const char *type_name(const struct gnp_tensor *tensor)
 {
 	static const char *const names[GNP_DATATYPE_COUNT] = {
-		[GNP_UINT8] = "unsigned_char", [GNP_UINT16] = "unsigned_short", [GNP_UINT32] = "unsigned_int", [GNP_INT8] = "char",
-		[GNP_INT16] = "short",         [GNP_INT32] = "int",             [GNP_FP32] = "float",          [GNP_FP64] = "double",
+		[GNP_UINT8] = "unsigned_char", [GNP_UINT16] = "unsigned_short", [GNP_UINT32] = "unsigned_int",
+			[GNP_INT8] = "char",
+		[GNP_INT16] = "short",         [GNP_INT32] = "int",             [GNP_FP32] = "float",
+			[GNP_FP64] = "double",
 	};
 	return names[gnp_stored_type(tensor)];
 }
@@ -76,7 +79,8 @@ static gnp_status write_report(const struct gnp_values *comments, struct gnp_buf
 	struct gnp_buffer json = {0};
 	gnp_status status = gnp_parameters_write(comments, &json, error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "FIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 %zu unsigned_char\n%.*s\n", json.size,
+		status = gnp_buffer_printf(buffer, error,
+		                           "FIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 %zu unsigned_char\n%.*s\n", json.size,
 		                           (int)json.size, (const char *)json.data);
 	gnp_buffer_clear(&json);
 	return status;
@@ -92,7 +96,8 @@ static gnp_status write_field(const struct gnp_tensor *tensor, size_t rows, stru
                               struct gnp_error *error)
 {
 	size_t width = rows ? tensor->size / gnp_datatype_size(tensor->datatype) / rows : 1;
-	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows, type_name(tensor));
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows,
+	                                      type_name(tensor));
 	return status == GNP_OK ? write_numbers(tensor, buffer, error) : status;
 }
 
@@ -120,8 +125,8 @@ static gnp_status write_attributes(const struct gnp_tensors *tensors, const stru
 	return status;
 }
 
-static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                              struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_row_item *items;
 	size_t count;
@@ -157,7 +162,8 @@ static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_
 	const char *data = at ? memchr(at, '\n', (size_t)(end - at)) : NULL;
 	if (data && count < (size_t)(end - data))
 		return gnp_parameters_read(data + 1, count, values, error);
-	const char *first = memchr(text, '\n', size), *title = first ? first + 1 : end, *stop = memchr(title, '\n', (size_t)(end - title));
+	const char *first = memchr(text, '\n', size), *title = first ? first + 1 : end,
+	                    *stop = memchr(title, '\n', (size_t)(end - title));
 	return stop ? gnp_comments_add(title, stop, values, error) : GNP_OK;
 }
 

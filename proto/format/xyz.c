@@ -1,5 +1,6 @@
-/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
- * names x, y and z names the columns; without one the first three are the point and, of exactly six, the rest the normal. */
+/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or
+ * comment that names x, y and z names the columns; without one the first three are the point and, of exactly six,
+ * the rest the normal. */
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -92,13 +93,16 @@ static gnp_status bad_line(struct table *t, const char *start, const char *stop)
 {
 	size_t length = (size_t)(stop - start);
 	return gnp_error_set(t->error, GNP_INVALID_ARGUMENT, "xyz: line %zu: \"%.*s\": need %s numbers", t->line,
-	                     (int)(length < 40 ? length : 40), start, t->columns ? "the first row's count of" : "3 or more");
+	                     (int)(length < 40 ? length : 40), start,
+	                     t->columns ? "the first row's count of" : "3 or more");
 }
 
-/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a separator a number. */
+/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a
+ * separator a number. */
 static size_t next_capacity(const struct table *t)
 {
-	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns), more = t->capacity + t->capacity / 2 + 1024;
+	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns),
+	              more = t->capacity + t->capacity / 2 + 1024;
 	return more < most ? more : most;
 }
 
@@ -168,8 +172,8 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 		else if (!t->columns)
 			read_heading(t, start, stop);
 		if (status == GNP_OK && decode->wants.max_points && t->rows > decode->wants.max_points)
-			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu", decode->wants.max_points,
-			                       decode->wants.max_points);
+			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu",
+			                       decode->wants.max_points, decode->wants.max_points);
 		if (status != GNP_OK)
 			return status;
 	}
@@ -189,7 +193,8 @@ static gnp_status name_columns(struct table *t)
 	}
 	gnp_status status = GNP_OK;
 	for (size_t row = 0; row < t->rows && t->columns == 6 && status == GNP_OK; row++)
-		status = gnp_decode_check_normal("xyz", row, t->values + 6 * row + 3, "a heading such as # x y z r g b", t->error);
+		status = gnp_decode_check_normal("xyz", row, t->values + 6 * row + 3, "a heading such as # x y z r g b",
+		                                 t->error);
 	return status;
 }
 
@@ -205,7 +210,8 @@ static gnp_status make_tensors(struct table *t, const struct gnp_decode *decode,
 	status = gnp_fields_bind(decode, "xyz", fields, t->columns, t->rows, tensors, columns, t->error);
 	for (size_t c = 0; c < t->columns && status == GNP_OK; c++) {
 		if (columns[c].target)
-			gnp_column_copy(&columns[c], GNP_FP64, (const unsigned char *)(t->values + c), t->columns * sizeof(double), t->rows);
+			gnp_column_copy(&columns[c], GNP_FP64, (const unsigned char *)(t->values + c), t->columns * sizeof(double),
+			                t->rows);
 	}
 	return status;
 }
@@ -241,8 +247,8 @@ static gnp_status write_row(const struct gnp_row_item *items, size_t count, size
 }
 
 /* A heading, which begins with `lead`, and the rows. */
-static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator, struct gnp_buffer *buffer,
-                              struct gnp_error *error)
+static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	size_t rows = items[0].tensor->shape[0];
 	gnp_status status = gnp_buffer_printf(buffer, error, "%s%s", lead, items[0].name);
@@ -255,7 +261,8 @@ static gnp_status write_table(const struct gnp_row_item *items, size_t count, co
 	return status;
 }
 
-static gnp_status encode_xyz(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_xyz(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                             struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	struct gnp_row_item *items;
@@ -271,7 +278,8 @@ static gnp_status encode_xyz(const struct gnp_tensors *tensors, const struct gnp
 }
 
 /* Commas and a plain heading; there is no place for comments. */
-static gnp_status encode_csv(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_csv(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                             struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	struct gnp_row_item *items;
@@ -354,7 +362,8 @@ static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_
 
 static const char *const other_names[] = {"txt", "pts", "asc", "xyzn", NULL};
 static const char *const other_media_types[] = {"text/x-xyz", NULL};
-static const char *const body_media_types[] = {"text/tab-separated-values", NULL}; /* read like any table, but written with blanks */
+/* Read like any table, but not written: that has blanks. */
+static const char *const body_media_types[] = {"text/tab-separated-values", NULL};
 
 const struct gnp_format gnp_format_xyz = {
 	.name = "xyz", .media_type = "text/plain", .extension = "xyz", .other_names = other_names,

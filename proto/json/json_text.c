@@ -38,7 +38,8 @@ static gnp_status too_deep(struct gnp_error *error)
 }
 
 /* *after: the address past the array that starts at p; the text's end when it never closes. */
-static gnp_status skip_array(const char *p, const char *end, unsigned depth, const char **after, struct gnp_error *error)
+static gnp_status skip_array(const char *p, const char *end, unsigned depth, const char **after,
+                             struct gnp_error *error)
 {
 	unsigned inner = 0;
 	while (p < end) {
@@ -90,7 +91,8 @@ static gnp_status cut_array(struct cutter *c)
 	return copy(c, index, (size_t)sprintf(index, "[%zu]", c->count++));
 }
 
-/* One string or one other character. A key counts once its colon was seen: `matched` survives only colons and spaces. */
+/* One string or one other character. A key counts once its colon was seen: `matched` survives only colons and
+ * spaces. */
 static gnp_status cut_step(struct cutter *c)
 {
 	const char *start = c->p;
@@ -116,9 +118,10 @@ static gnp_status cut_step(struct cutter *c)
 	return copy(c, start, 1);
 }
 
-/* The structure of the envelope, and what is reserved for it. On failure *out is unchanged and nothing stays reserved. */
-static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budget *budget, struct gnp_json_document *out,
-                       struct gnp_error *error)
+/* The structure of the envelope, and what is reserved for it. On failure *out is unchanged and nothing stays
+ * reserved. */
+static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budget *budget,
+                       struct gnp_json_document *out, struct gnp_error *error)
 {
 	if (envelope->size == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: the text is empty");
@@ -135,7 +138,8 @@ static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budge
 		return GNP_OK;
 	}
 	if (exhausted)
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", envelope->size);
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays",
+		                       envelope->size);
 	else
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
 	json_decref(root);
@@ -144,8 +148,8 @@ static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budge
 	return status;
 }
 
-gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key, const struct gnp_budget *budget,
-                          struct gnp_json_document *out, struct gnp_error *error)
+gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key,
+                          const struct gnp_budget *budget, struct gnp_json_document *out, struct gnp_error *error)
 {
 	struct cutter c = {.p = text, .end = text + size, .target = depth, .key = key, .key_length = key ? strlen(key) : 0,
 	                   .error = error};

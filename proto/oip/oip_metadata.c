@@ -23,7 +23,8 @@ static void put_shape(struct gnp_writer *w, const struct gnp_tensor_info *info)
 
 static void put_tensor(struct gnp_writer *w, const struct gnp_tensor_info *info, bool input)
 {
-	gnp_writer_printf(w, "{\"name\":\"%s\",\"datatype\":\"%s\",\"shape\":[", info->name, gnp_datatype_name(info->datatype));
+	gnp_writer_printf(w, "{\"name\":\"%s\",\"datatype\":\"%s\",\"shape\":[", info->name,
+	                  gnp_datatype_name(info->datatype));
 	put_shape(w, info);
 	gnp_writer_printf(w, "],\"optional\":%s,", input && info->optional ? "true" : "false");
 	put_member(w, "help", info->help);
@@ -43,7 +44,8 @@ static void put_tensors(struct gnp_writer *w, const struct gnp_tensor_info *info
 static void put_range(struct gnp_writer *w, const struct gnp_parameter *p)
 {
 	char low[GNP_NUMBER_LENGTH_MAX], high[GNP_NUMBER_LENGTH_MAX];
-	int low_length = (int)gnp_number_write_double(low, p->minimum), high_length = (int)gnp_number_write_double(high, p->maximum);
+	int low_length = (int)gnp_number_write_double(low, p->minimum),
+	                 high_length = (int)gnp_number_write_double(high, p->maximum);
 	gnp_writer_printf(w, ",\"minimum\":%.*s,\"maximum\":%.*s", low_length, low, high_length, high);
 }
 
@@ -90,7 +92,8 @@ static void put_models(struct gnp_writer *w, const struct gnp_models *models)
 	const struct gnp_model *model;
 	gnp_writer_text(w, ",\"weights\":[");
 	for (size_t i = 0; (model = gnp_models_at(models, i)); i++)
-		gnp_writer_printf(w, "%s{\"name\":\"%s\",\"sha256\":\"%s\",\"parameter_count\":%zu,\"regime\":\"%s\",\"k\":%u}", i ? "," : "",
+		gnp_writer_printf(w, "%s{\"name\":\"%s\",\"sha256\":\"%s\",\"parameter_count\":%zu,\"regime\":\"%s\",\"k\":%u}",
+		                  i ? "," : "",
 		                  model->name, model->sha256, model->parameter_count, model->regime, model->recipe.k);
 	gnp_writer_text(w, "]");
 }
@@ -120,10 +123,13 @@ static void put_config_tensors(struct gnp_writer *w, const struct gnp_tensor_inf
 	}
 }
 
-gnp_status gnp_oip_model_config(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnp_oip_model_config(const struct gnp_operation *operation, struct gnp_buffer *buffer,
+                                struct gnp_error *error)
 {
 	struct gnp_writer w = gnp_writer_to(buffer, error);
-	gnp_writer_printf(&w, "{\"name\":\"%s\",\"platform\":\"gnpd\",\"backend\":\"gnpd\",\"max_batch_size\":0,\"input\":[", operation->name);
+	gnp_writer_printf(&w,
+	                  "{\"name\":\"%s\",\"platform\":\"gnpd\",\"backend\":\"gnpd\",\"max_batch_size\":0,\"input\":[",
+	                  operation->name);
 	put_config_tensors(&w, operation->inputs, operation->input_count, true);
 	gnp_writer_text(&w, "],\"output\":[");
 	put_config_tensors(&w, operation->outputs, operation->output_count, false);

@@ -23,7 +23,8 @@ static gnp_status check_parameters(struct gnp_call *call, struct gnp_error *erro
 			continue;
 		for (size_t j = 0; j < i; j++) {
 			if (strcmp(values->items[i].name, values->items[j].name) == 0)
-				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "parameter \"%.60s\": given twice", values->items[i].name);
+				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "parameter \"%.60s\": given twice",
+				                     values->items[i].name);
 		}
 		gnp_status status = gnp_parameter_set(call->operation, call->options, &values->items[i], error);
 		if (status != GNP_OK)
@@ -53,7 +54,8 @@ static gnp_status check_outputs(struct gnp_call *call, struct gnp_error *error)
 		if (!info) {
 			struct gnp_names list;
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown output \"%.40s\", known: %s", name,
-			                     gnp_tensor_infos_names(operation->outputs, operation->output_count, name, strlen(name), &list));
+			                     gnp_tensor_infos_names(operation->outputs, operation->output_count, name, strlen(name),
+			                                            &list));
 		}
 		uint64_t bit = UINT64_C(1) << (info - operation->outputs);
 		if (mask & bit)
@@ -89,7 +91,8 @@ static void write_need(const struct gnp_tensor_info *info, char *text, size_t si
 		snprintf(text + length, size - length, "]");
 }
 
-static gnp_status check_shape(const struct gnp_tensor_info *info, const struct gnp_tensor *tensor, struct gnp_error *error)
+static gnp_status check_shape(const struct gnp_tensor_info *info, const struct gnp_tensor *tensor,
+                              struct gnp_error *error)
 {
 	char got[80], need[80];
 	bool fits = tensor->rank == info->rank;
@@ -112,7 +115,8 @@ static gnp_status check_rows(const struct gnp_tensor_info *info, const struct gn
 		if (*points == SIZE_MAX)
 			*points = tensor->shape[d];
 		if (tensor->shape[d] != *points)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": %zu rows, need %zu as the input before it has",
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "input \"%s\": %zu rows, need %zu as the input before it has",
 			                     info->name, tensor->shape[d], *points);
 	}
 	return GNP_OK;
@@ -131,7 +135,8 @@ static gnp_status check_bools(const struct gnp_tensor *tensor, struct gnp_error 
 		if (value == 0 || value == 1)
 			continue;
 		int length = (int)gnp_number_write_double(got, value);
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s[%zu]: got %.*s, need 0 or 1", tensor->name, i, length, got);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s[%zu]: got %.*s, need 0 or 1", tensor->name, i, length,
+		                     got);
 	}
 	return GNP_OK;
 }
@@ -143,7 +148,8 @@ static gnp_status check_input(const struct gnp_tensor_info *info, const struct g
 	if (status != GNP_OK)
 		return status;
 	if (info->datatype != GNP_BOOL && tensor->datatype == GNP_BOOL)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": datatype %s, need a numeric one, for example %s",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "input \"%s\": datatype %s, need a numeric one, for example %s",
 		                     info->name, gnp_datatype_name(tensor->datatype), gnp_datatype_name(info->datatype));
 	status = check_rows(info, tensor, points, error);
 	return status == GNP_OK && info->datatype == GNP_BOOL ? check_bools(tensor, error) : status;
@@ -158,7 +164,8 @@ static gnp_status check_inputs(struct gnp_call *call, struct gnp_error *error)
 		const char *name = inputs->items[i].name;
 		if (!gnp_tensor_infos_find(operation->inputs, operation->input_count, name, strlen(name)))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown input \"%.60s\", known: %s", name,
-			                     gnp_tensor_infos_names(operation->inputs, operation->input_count, name, strlen(name), &list));
+			                     gnp_tensor_infos_names(operation->inputs, operation->input_count, name, strlen(name),
+			                                            &list));
 		if (gnp_tensors_find(inputs, name) != &inputs->items[i])
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "input \"%s\": given twice", name);
 	}
@@ -214,7 +221,8 @@ bool gnp_call_names_outputs(const struct gnp_call *call)
 {
 	const struct gnp_parameter *set = find_set(call->operation);
 	const struct gnp_value *value = set ? gnp_values_find(&call->request->parameters, set->name) : NULL;
-	return call->request->output_count || (value && value->type == GNP_VALUE_STRING && strcmp(value->string, "all") != 0);
+	return call->request->output_count ||
+	       (value && value->type == GNP_VALUE_STRING && strcmp(value->string, "all") != 0);
 }
 
 size_t gnp_call_rows(const struct gnp_call *call, int64_t extent)

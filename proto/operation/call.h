@@ -1,4 +1,5 @@
-/* A call is a request that was checked against its operation: its options are parsed, its memory is estimated, it can be run. */
+/* A call is a request that was checked against its operation: its options are parsed, its memory is estimated, it
+ * can be run. */
 #ifndef GNP_PROTO_CALL_H
 #define GNP_PROTO_CALL_H
 
@@ -23,7 +24,8 @@ struct gnp_call {
 	size_t memory;  /* estimate of the bytes the work needs */
 	const struct gnp_models *models; /* those loaded */
 	struct gnp_prepared_cache *cache; /* where prepared operators are kept; NULL: nowhere */
-	const struct gnp_checkpoint *checkpoint; /* for work that can be taken up again; NULL: none. gnp_call_prepare leaves NULL */
+	/* For work that can be taken up again; NULL: none. gnp_call_prepare leaves NULL. */
+	const struct gnp_checkpoint *checkpoint;
 	_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX];
 };
 
@@ -50,7 +52,8 @@ gnp_status gnp_call_prepare(const struct gnp_operation *operation, const struct 
 uint64_t gnp_call_outputs(const struct gnp_call *call);
 /* Whether the request chose its outputs by name, so that an answer must go without none of them. */
 bool gnp_call_names_outputs(const struct gnp_call *call);
-/* Rows that an extent of the operation's outputs will stand for: the points, what inputs say of it, or what the operation knows. */
+/* Rows that an extent of the operation's outputs will stand for: the points, what inputs say of it, or what the
+ * operation knows. */
 size_t gnp_call_rows(const struct gnp_call *call, int64_t extent);
 
 /* Runs it. On failure response is empty. task may be NULL. */

@@ -1,7 +1,9 @@
-/* What one operation is: its inputs, outputs and parameters, with types, ranges and one-line help, and its functions.
+/* What one operation is: its inputs, outputs and parameters, with types, ranges and one-line help, and its
+ * functions.
  *
- * /v2 metadata and validation, /v1 query strings, command-line flags, help texts and the OpenAPI document all come from
- * this description. Each operation is defined in a file of its own, operation_NAME.c; operations.c holds the table of all. */
+ * /v2 metadata and validation, /v1 query strings, command-line flags, help texts and the OpenAPI document all come
+ * from this description. Each operation is defined in a file of its own, operation_NAME.c; operations.c holds the
+ * table of all. */
 #ifndef GNP_PROTO_OPERATION_H
 #define GNP_PROTO_OPERATION_H
 
@@ -35,7 +37,8 @@ struct gnp_parameter {
 	enum gnp_parameter_type type;
 	size_t offset;              /* of the int, double, bool, uint64_t or text in the operation's options struct */
 	double minimum, maximum;    /* of integers and numbers, inclusive; GNP_ABOVE_ZERO for what must be positive */
-	const char *const *choices; /* NULL-terminated, of GNP_PARAMETER_CHOICE; of GNP_PARAMETER_SET: outputs that lists name first, or NULL */
+	/* NULL-terminated, of GNP_PARAMETER_CHOICE; of GNP_PARAMETER_SET: outputs that lists name first, or NULL. */
+	const char *const *choices;
 	const char *help;
 };
 
@@ -44,7 +47,8 @@ struct gnp_parameter {
 
 struct gnp_call; /* call.h */
 
-/* Rows of which it is known only once they are computed how many there are, or only that they are not as many as the points. */
+/* Rows of which it is known only once they are computed how many there are, or only that they are not as many as the
+ * points. */
 #define GNP_ROWS_OPEN SIZE_MAX
 #define GNP_ROWS_OTHER (SIZE_MAX - 1)
 
@@ -59,21 +63,22 @@ struct gnp_operation {
 	void (*defaults)(void *options);
 	/* Finds the models that options name among those loaded (NULL: none); NULL for an operation that uses none. */
 	gnp_status (*resolve)(void *options, const struct gnp_models *models, struct gnp_error *error);
-	/* Checks what depends on numbers alone (how many points, columns, options against each other), before anything is computed, and
-	 * settles options that follow from them; NULL: there is nothing of the kind. */
+	/* Checks what depends on numbers alone (how many points, columns, options against each other), before anything
+	 * is computed, and settles options that follow from them; NULL: there is nothing of the kind. */
 	gnp_status (*check)(struct gnp_call *call, struct gnp_error *error);
 	/* Bytes the work may allocate, for admission control; of a call that was checked. */
 	size_t (*memory)(const struct gnp_call *call);
-	/* Rows that a free extent (-2, -3, ...) of the outputs will stand for, GNP_ROWS_OPEN or GNP_ROWS_OTHER; NULL: all are open but those
-	 * of inputs. */
+	/* Rows that a free extent (-2, -3, ...) of the outputs will stand for, GNP_ROWS_OPEN or GNP_ROWS_OTHER; NULL:
+	 * all are open but those of inputs. */
 	size_t (*rows)(const struct gnp_call *call, int64_t extent);
 	/* Does the work; response is empty on entry, cleared by the caller in any case. */
-	gnp_status (*run)(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-	                  struct gnp_error *error);
+	gnp_status (*run)(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+	                  struct gnp_response *response, struct gnp_error *error);
 };
 
-/* Defines gnp_operation_NAME at the end of operation_NAME.c, of what that file calls struct options, inputs, outputs, parameters,
- * defaults, check, memory and run. What follows the help are members that not all operations have: .resolve, .rows. */
+/* Defines gnp_operation_NAME at the end of operation_NAME.c, of what that file calls struct options, inputs,
+ * outputs, parameters, defaults, check, memory and run. What follows the help are members that not all operations
+ * have: .resolve, .rows. */
 #define GNP_OPERATION(id, sentence, ...)                                                                 \
 	_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");                \
 	const struct gnp_operation gnp_operation_##id = {                                                    \

@@ -1,5 +1,5 @@
-/* What the operations on surfaces share: their inputs, the parameters of the estimate behind them, the way of tensors to the core and
- * back, and the part of the report that is the estimate's. */
+/* What the operations on surfaces share: their inputs, the parameters of the estimate behind them, the way of
+ * tensors to the core and back, and the part of the report that is the estimate's. */
 #ifndef GNP_PROTO_OPERATION_COMMON_H
 #define GNP_PROTO_OPERATION_COMMON_H
 
@@ -19,7 +19,8 @@
 extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *const gnp_common_bases[],
 	*const gnp_common_weights[], *const gnp_common_outliers[];
 
-/* The first rows of a table of parameters. type: the options struct; core: its struct gnp_estimate_options; text: its model's name. */
+/* The first rows of a table of parameters. type: the options struct; core: its struct gnp_estimate_options; text:
+ * its model's name. */
 #define GNP_COMMON_PARAMETERS(type, core, text)                                                                        \
 	{"estimator", GNP_PARAMETER_CHOICE, offsetof(type, core.estimator), 0, 0, gnp_common_estimators,                   \
 	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds "    \
@@ -45,14 +46,15 @@ extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *c
 
 #define GNP_COMMON_AUTO "auto"
 
-/* Finds the model called weights among those loaded. "auto" is left to the core, and so is a model by_default that the estimator has
- * no use for. */
+/* Finds the model called weights among those loaded. "auto" is left to the core, and so is a model by_default that
+ * the estimator has no use for. */
 gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *weights, const char *by_default,
                               const struct gnp_models *models, struct gnp_error *error);
 
-/* GNP_INVALID_ARGUMENT when a call's cloud has fewer than `least` points, or than the neighbourhood of its estimator. */
-gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options, size_t least,
-                                   struct gnp_error *error);
+/* GNP_INVALID_ARGUMENT when a call's cloud has fewer than `least` points, or than the neighbourhood of its
+ * estimator. */
+gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options,
+                                   size_t least, struct gnp_error *error);
 
 /* count times width, or SIZE_MAX; and added to another number of bytes. */
 size_t gnp_common_memory(size_t count, size_t width, size_t more);
@@ -64,37 +66,45 @@ struct gnp_common_cloud {
 	double *normals;          /* (count, 3), or NULL */
 	enum gnp_datatype type;   /* of the geometry in the answer: FP64 where points are, else FP32 */
 };
-gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out, struct gnp_error *error);
+gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out,
+                                 struct gnp_error *error);
 void gnp_common_cloud_clear(struct gnp_common_cloud *cloud);
 
-/* A mask (n) of the request, whose values are known to be 0 and 1; *mask is NULL when there is none. Freed by the caller. */
-gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask, struct gnp_error *error);
+/* A mask (n) of the request, whose values are known to be 0 and 1; *mask is NULL when there is none. Freed by the
+ * caller. */
+gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask,
+                                struct gnp_error *error);
 
-/* Rounds numbers to single precision within their memory; what they no longer need is given back. GNP_INVALID_ARGUMENT by the output's name
- * where one is too large for that: then they are spoilt. *vanished: how many that are not 0 were too small for it. */
+/* Rounds numbers to single precision within their memory; what they no longer need is given back.
+ * GNP_INVALID_ARGUMENT by the output's name where one is too large for that: then they are spoilt. *vanished: how
+ * many that are not 0 were too small for it. */
 gnp_status gnp_common_round(const char *name, double **values, size_t count, size_t *vanished, struct gnp_error *error);
 /* Warns where that is most of them. Coordinator. */
 void gnp_common_warn_of_range(const char *name, size_t vanished, size_t count, struct gnp_task *task);
 
-/* Adds an output of `rows` rows; its other extents are the table's. numbers: of `type`, or of info's where that is none of geometry;
- * they are handed over, and *values is NULL on success. The task is warned of numbers too small for their type. copy: of info's type. */
-gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, enum gnp_datatype type,
+/* Adds an output of `rows` rows; its other extents are the table's. numbers: of `type`, or of info's where that is
+ * none of geometry; they are handed over, and *values is NULL on success. The task is warned of numbers too small
+ * for their type. copy: of info's type. */
+gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info,
+                                  enum gnp_datatype type,
                                   size_t rows, double **values, struct gnp_task *task, struct gnp_error *error);
-gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows, const void *values,
-                               struct gnp_error *error);
+gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows,
+                               const void *values, struct gnp_error *error);
 
 /* What became known of the surface. */
 struct gnp_common_facts {
 	const struct gnp_model *model;          /* NULL: the estimator uses none */
 	bool normals_estimated;
-	size_t components, patches, degenerate, outliers; /* as in struct gnp_estimate; components, patches 0: not counted */
+	/* As in struct gnp_estimate; components, patches 0: not counted. */
+	size_t components, patches, degenerate, outliers;
 };
 
 /* The beginning of a report: estimator and its choices, normals, patches. */
 gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct gnp_estimate_options *options,
                              struct gnp_values *report, struct gnp_error *error);
-/* Its end: the seconds of the stages, and the task's warnings with those that follow from facts: one text, parted by "; ". task may be NULL. */
-gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
-                                 struct gnp_error *error);
+/* Its end: the seconds of the stages, and the task's warnings with those that follow from facts: one text, parted by
+ * "; ". task may be NULL. */
+gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task,
+                                 struct gnp_values *report, struct gnp_error *error);
 
 #endif

@@ -86,18 +86,22 @@ static gnp_status round_quantities(void *context, size_t begin, size_t end, stru
 	(void)scratch;
 	for (size_t q = begin; q < end && status == GNP_OK; q++) {
 		if (estimate->values[q])
-			status = gnp_common_round(gnp_quantity_info(q)->name, &estimate->values[q], estimate->count * quantity_width(estimate, (int)q),
+			status = gnp_common_round(gnp_quantity_info(q)->name, &estimate->values[q],
+			                          estimate->count * quantity_width(estimate, (int)q),
 			                          &rounding->vanished[q], error);
 	}
 	return status;
 }
 
-static gnp_status round_all(struct gnp_estimate *estimate, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status round_all(struct gnp_estimate *estimate, struct gnp_pool *pool, struct gnp_task *task,
+                            struct gnp_error *error)
 {
 	struct rounding rounding = {.estimate = estimate};
-	gnp_status status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities, &rounding, error);
+	gnp_status status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities,
+	                                 &rounding, error);
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
-		gnp_common_warn_of_range(gnp_quantity_info(q)->name, rounding.vanished[q], estimate->count * quantity_width(estimate, q), task);
+		gnp_common_warn_of_range(gnp_quantity_info(q)->name, rounding.vanished[q],
+		                         estimate->count * quantity_width(estimate, q), task);
 	return status;
 }
 
@@ -138,8 +142,8 @@ static gnp_status add_report(const struct gnp_estimate *estimate, const struct g
 	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *options = gnp_call_options(call);
 	const struct gnp_estimate_options *o = &options->core;

@@ -21,10 +21,13 @@ enum output { KEEP, DEVIATION, POINTS, INDEX, NORMALS, OUTPUTS };
 
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[KEEP] = {"keep", GNP_BOOL, 1, {-1}, true, "whether the point is kept"},
-	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, true, "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped by gross: the distance to the nearest one left, in local spacings"},
+	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, true,
+	               "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped "
+	               "by gross: the distance to the nearest one left, in local spacings"},
 	[POINTS] = {"points", GNP_FP32, 2, {-2, 3}, false, "the kept points, moved onto the surface with project [length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each kept one is, ascending from 0"},
-	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals of the fitted surface at the kept points"},
+	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false,
+	             "outward unit normals of the fitted surface at the kept points"},
 };
 
 #define FIELD(name) offsetof(struct options, core.name)
@@ -33,8 +36,8 @@ static const struct gnp_parameter parameters[] = {
 	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), 0, 0, NULL,
 	 "also drop what does not lie on the surface its neighbours agree on, however little it is off"},
 	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), 0, 1e6, NULL,
-	 "drop far points, small clusters and clutter first: points hang together that are at most this many local spacings apart, at least 1; "
-	 "0: off"},
+	 "drop far points, small clusters and clutter first: points hang together that are at most this many local "
+	 "spacings apart, at least 1; 0: off"},
 	{"cluster", GNP_PARAMETER_INTEGER, FIELD(cluster), 1, 1e6, NULL,
 	 "a cluster is dropped that has fewer points than this (gross)"},
 	{"project", GNP_PARAMETER_BOOL, FIELD(project), 0, 0, NULL, "move the kept points onto the fitted surface"},
@@ -85,8 +88,8 @@ static gnp_status add_index(const struct gnp_filter *filter, struct gnp_tensors 
 	return status;
 }
 
-static gnp_status add_output(enum output output, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                             struct gnp_task *task, struct gnp_error *error)
+static gnp_status add_output(enum output output, struct gnp_filter *filter, enum gnp_datatype type,
+                             struct gnp_tensors *to, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_tensor_info *info = &outputs[output];
 	switch (output) {
@@ -98,8 +101,8 @@ static gnp_status add_output(enum output output, struct gnp_filter *filter, enum
 	}
 }
 
-static gnp_status add_outputs(const struct options *o, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                              struct gnp_task *task, struct gnp_error *error)
+static gnp_status add_outputs(const struct options *o, struct gnp_filter *filter, enum gnp_datatype type,
+                              struct gnp_tensors *to, struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++) {
@@ -132,7 +135,8 @@ static gnp_status report_projection(const struct gnp_filter *filter, struct gnp_
 	return status == GNP_OK ? gnp_values_add_string(report, "stop", gnp_filter_stop_text(filter->stop), error) : status;
 }
 
-/* Points whose deviation lies within these, in per cent of all. Deviations of what the pre-filter dropped are lengths and far above. */
+/* Points whose deviation lies within these, in per cent of all. Deviations of what the pre-filter dropped are
+ * lengths and far above. */
 static double percent_within(const struct gnp_filter *filter, double low, double high)
 {
 	size_t count = 0;
@@ -149,18 +153,23 @@ static void warn_of_noise(const struct gnp_filter *filter, double alpha, struct 
 	double dropped = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
 	double under = percent_within(filter, alpha / 2, alpha), over = percent_within(filter, alpha, 2 * alpha);
 	if (under > cut_most && over > cut_most)
-		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within half of "
-		                 "alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: it is noise or detail, take a larger "
-		                 "alpha (%g) or, for noise, weights=noise_70k and alpha=1", dropped, under, over, cut_most, 10 * alpha);
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
+		                 "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within "
+		                 "half of alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: "
+		                 "it is noise or detail, take a larger alpha (%g) or, for noise, weights=noise_70k and alpha=1",
+		                 dropped, under, over, cut_most,
+		                 10 * alpha);
 	else if (dropped > most)
-		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped, more than %g %%: no surface holds what is left", dropped, most);
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
+		                 "%.0f %% of the points were dropped, more than %g %%: no surface holds what is left", dropped,
+		                 most);
 }
 
-static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o, const struct gnp_task *task,
-                             struct gnp_values *report, struct gnp_error *error)
+static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
-	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components, filter->patches,
-	                                       filter->degenerate, filter->outliers};
+	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components,
+	                                       filter->patches, filter->degenerate, filter->outliers};
 	gnp_status status = gnp_common_report(&facts, &o->estimate, report, error);
 	if (status == GNP_OK)
 		status = report_counts(filter, report, error);
@@ -171,8 +180,8 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 	return status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud input = {0};
@@ -195,5 +204,6 @@ done:
 	return status;
 }
 
-GNP_OPERATION(filter, "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
+GNP_OPERATION(filter,
+              "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
               .resolve = resolve);

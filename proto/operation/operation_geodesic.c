@@ -12,12 +12,14 @@ struct options {
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
-	{"sources", GNP_BOOL, 1, {-1}, true, "1 at the points that distances are taken from; the parameter source when absent"},
+	{"sources", GNP_BOOL, 1, {-1}, true,
+	 "1 at the points that distances are taken from; the parameter source when absent"},
 };
 
 static const struct gnp_tensor_info outputs[] = {
 	{"distance", GNP_FP64, 1, {-1}, false,
-	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped points"},
+	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped "
+	 "points"},
 };
 
 static const struct gnp_parameter parameters[] = {
@@ -39,7 +41,8 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	const struct options *o = gnp_call_options(call);
 	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK && !gnp_tensors_find(&call->request->inputs, "sources") && (size_t)o->source >= call->points)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source, call->points - 1);
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source,
+		                       call->points - 1);
 	return status;
 }
 
@@ -50,8 +53,8 @@ static size_t memory(const struct gnp_call *call)
 
 /* ---- The operator ---- */
 
-static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                       void **object, size_t *bytes, struct gnp_error *error)
+static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
+                       struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
 {
 	struct gnp_geodesic *geodesic;
 	gnp_status status = gnp_geodesic_create(cloud, &options->laplacian.domain, pool, task, &geodesic, error);
@@ -72,8 +75,8 @@ static const struct gnp_equation_kind kind = {"geodesic", make, {gnp_equation_ma
 /* ---- Sources ---- */
 
 /* *sources (count), freed by the caller. */
-static gnp_status read_sources(const struct gnp_call *call, const struct options *o, size_t points, uint32_t **sources, size_t *count,
-                               struct gnp_error *error)
+static gnp_status read_sources(const struct gnp_call *call, const struct options *o, size_t points, uint32_t **sources,
+                               size_t *count, struct gnp_error *error)
 {
 	unsigned char *mask;
 	gnp_status status = gnp_common_mask_read(call->request, "sources", &mask, error);
@@ -110,8 +113,8 @@ static gnp_status add_report(const struct gnp_geodesic *geodesic, bool found, si
 	return gnp_equation_report_end(gnp_domain_facts(gnp_geodesic_domain(geodesic)), task, report, error);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud cloud = {0};

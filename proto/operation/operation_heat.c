@@ -22,8 +22,10 @@ static const struct gnp_tensor_info outputs[] = {
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; any is stable"},
-	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), 1, 1e6, NULL, "how many to take; all use one factor"},
+	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), GNP_ABOVE_ZERO, 1e200, NULL,
+	 "the step [length^2]; any is stable"},
+	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), 1, 1e6, NULL,
+	 "how many to take; all use one factor"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
@@ -50,8 +52,8 @@ static size_t memory(const struct gnp_call *call)
 	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "initial"));
 }
 
-static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o, const struct gnp_task *task,
-                             struct gnp_values *report, struct gnp_error *error)
+static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(entry));
 	gnp_status status = gnp_equation_report(&info, found, &o->equation, report, error);
@@ -59,11 +61,12 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
 		status = gnp_values_add_number(report, "time", o->dt * o->steps, error);
 	if (status != GNP_OK)
 		return status;
-	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(entry))), task, report, error);
+	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(entry))), task, report,
+	                               error);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *given = gnp_call_options(call);
 	struct options o = *given;
@@ -81,12 +84,14 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	if (status == GNP_OK)
 		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &cloud, pool, task, &entry, &found, error);
 	if (status == GNP_OK)
-		status = gnp_heat_step(gnp_prepared_object(entry), o.dt, (size_t)o.steps, source, NULL, sides, pool, task, u, error);
+		status = gnp_heat_step(gnp_prepared_object(entry), o.dt, (size_t)o.steps, source, NULL, sides, pool, task, u,
+		                       error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(entry, found, &o, task, &response->parameters, error);
 	if (status == GNP_OK)
-		status = gnp_tensors_add_data(&response->outputs, outputs[0].name, GNP_FP64, 2, (size_t[]){cloud.count, sides}, u, true, NULL, error);
+		status = gnp_tensors_add_data(&response->outputs, outputs[0].name, GNP_FP64, 2, (size_t[]){cloud.count, sides},
+		                              u, true, NULL, error);
 	if (status != GNP_OK)
 		free(u);
 	free(source);

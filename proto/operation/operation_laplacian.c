@@ -10,10 +10,12 @@ struct options {
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
-enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y, DIVERGENCE_Z, OUTPUTS };
+enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y,
+             DIVERGENCE_Z, OUTPUTS };
 #define DERIVATIVE(name, help) {name, GNP_FP64, 1, {-4}, false, help}
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false, "row i of every matrix below, that of point i, has entries row_offsets[i] to "
+	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false,
+	                 "row i of every matrix below, that of point i, has entries row_offsets[i] to "
 	                                              "row_offsets[i + 1] - 1: none where the filter dropped the point"},
 	[COLUMNS] = {"columns", GNP_INT64, 1, {-4}, false, "the column of each entry, ascending within a row"},
 	[VALUES] = DERIVATIVE("values", "Delta of the functions whose values stand at the kept points [1/length^2]"),
@@ -22,7 +24,8 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[GRADIENT_X] = DERIVATIVE("gradient_x", "x of its gradient along the surface [1/length]"),
 	[GRADIENT_Y] = DERIVATIVE("gradient_y", "y of it"),
 	[GRADIENT_Z] = DERIVATIVE("gradient_z", "z of it"),
-	[DIVERGENCE_X] = DERIVATIVE("divergence_x", "what a field's x adds to the divergence of its tangential part [1/length]"),
+	[DIVERGENCE_X] = DERIVATIVE("divergence_x",
+	                            "what a field's x adds to the divergence of its tangential part [1/length]"),
 	[DIVERGENCE_Y] = DERIVATIVE("divergence_y", "its y"),
 	[DIVERGENCE_Z] = DERIVATIVE("divergence_z", "its z"),
 };
@@ -35,7 +38,9 @@ static enum gnp_derivative derivative_of(int output)
 		return GNP_DERIVATIVE_LAPLACIAN;
 	if (output == VALUE)
 		return GNP_DERIVATIVE_VALUE;
-	return output >= GRADIENT_X ? (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X)) : GNP_DERIVATIVE_COUNT;
+	if (output < GRADIENT_X)
+		return GNP_DERIVATIVE_COUNT;
+	return (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X));
 }
 
 static const struct gnp_parameter parameters[] = {
@@ -74,11 +79,12 @@ static size_t memory(const struct gnp_call *call)
 	const struct options *o = gnp_call_options(call);
 	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
 	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
-	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
+	return gnp_common_memory(call->points, width,
+	                         gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
 }
 
-static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow, const size_t *wide,
-                              struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow,
+                              const size_t *wide, struct gnp_tensors *to, struct gnp_error *error)
 {
 	struct gnp_tensor *tensor;
 	gnp_status status = gnp_tensors_add(to, info->name, GNP_INT64, 1, &count, &tensor, error);
@@ -87,7 +93,8 @@ static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, 
 	return status;
 }
 
-static gnp_status add_matrix(const struct gnp_tensor_info *info, size_t count, double **values, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_matrix(const struct gnp_tensor_info *info, size_t count, double **values, struct gnp_tensors *to,
+                             struct gnp_error *error)
 {
 	gnp_status status = gnp_tensors_add_data(to, info->name, GNP_FP64, 1, &count, *values, true, NULL, error);
 	if (status == GNP_OK)
@@ -106,7 +113,8 @@ static gnp_status add_output(int output, struct gnp_collocation *c, struct gnp_t
 	}
 }
 
-static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct gnp_tensors *to,
+                              struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++)
@@ -139,8 +147,8 @@ static unsigned derivatives(uint64_t wanted)
 	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *given = gnp_call_options(call);
 	struct options o = *given;
@@ -164,5 +172,6 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-GNP_OPERATION(laplacian, "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
+GNP_OPERATION(laplacian,
+              "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
               .resolve = gnp_equation_resolve, .rows = rows);

@@ -13,10 +13,13 @@ static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
 enum output { EIGENVALUES, IMAGINARY, RESIDUAL, EIGENVECTORS, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false, "of -Delta, ascending [1/length^2]: 0 once for each component first"},
-	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true, "what the discretisation leaves beside each: a measure of its error"},
+	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false,
+	                 "of -Delta, ascending [1/length^2]: 0 once for each component first"},
+	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true,
+	               "what the discretisation leaves beside each: a measure of its error"},
 	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
-	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false, "a column each, of unit length when points weigh by their area"},
+	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false,
+	                  "a column each, of unit length when points weigh by their area"},
 };
 
 static const struct gnp_parameter parameters[] = {
@@ -68,7 +71,8 @@ static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_te
 	return status;
 }
 
-static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectrum, struct gnp_tensors *to,
+                              struct gnp_error *error)
 {
 	const double *columns[] = {spectrum->value, spectrum->imaginary, spectrum->residual};
 	gnp_status status = GNP_OK;
@@ -89,8 +93,8 @@ static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct o
 	return status == GNP_OK ? gnp_equation_report_end(spectrum->surface, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
 	const struct options *given = gnp_call_options(call);
 	struct options o = *given;

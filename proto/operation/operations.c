@@ -11,7 +11,8 @@ OPERATIONS(DECLARE)
 #define ROW(name) &gnp_operation_##name,
 static const struct gnp_operation *const operations[] = {OPERATIONS(ROW)};
 enum { COUNT = sizeof operations / sizeof operations[0] };
-_Static_assert(sizeof operations / sizeof operations[0] <= GNP_OPERATIONS_MAX, "tables beside this one have room for all");
+_Static_assert(sizeof operations / sizeof operations[0] <= GNP_OPERATIONS_MAX,
+               "tables beside this one have room for all");
 
 const struct gnp_operation *gnp_operation_at(size_t i)
 {

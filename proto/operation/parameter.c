@@ -8,7 +8,8 @@
 #include "core/base/names.h"
 #include "proto/tensor/number.h"
 
-static gnp_status bad(const struct gnp_parameter *parameter, const char *text, const char *need, struct gnp_error *error)
+static gnp_status bad(const struct gnp_parameter *parameter, const char *text, const char *need,
+                      struct gnp_error *error)
 {
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need %s", parameter->name, text, need);
 }
@@ -42,8 +43,8 @@ static gnp_status out_of_range(const struct gnp_parameter *p, double value, stru
 {
 	char got[GNP_NUMBER_LENGTH_MAX + 1], range[GNP_PARAMETER_RANGE_MAX];
 	gnp_parameter_range(p, range);
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %s, need %s%s", p->name, number_text(value, got), auto_or(p),
-	                     range);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %s, need %s%s", p->name, number_text(value, got),
+	                     auto_or(p), range);
 }
 
 static gnp_status set_number(const struct gnp_parameter *p, void *field, double value, struct gnp_error *error)
@@ -96,7 +97,8 @@ static gnp_status set_choice(const struct gnp_parameter *p, void *field, const c
 	gnp_names_begin(&list, text, strlen(text));
 	for (int i = 0; p->choices[i]; i++)
 		gnp_names_add(&list, p->choices[i]);
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need one of %s", p->name, text, gnp_names_end(&list));
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.60s\", need one of %s", p->name, text,
+	                     gnp_names_end(&list));
 }
 
 static gnp_status set_outputs(const struct gnp_operation *operation, const struct gnp_parameter *p, void *field,
@@ -111,11 +113,13 @@ static gnp_status set_outputs(const struct gnp_operation *operation, const struc
 	}
 	while (*text) {
 		size_t length = strcspn(text, ",");
-		const struct gnp_tensor_info *info = gnp_tensor_infos_find(operation->outputs, operation->output_count, text, length);
+		const struct gnp_tensor_info *info = gnp_tensor_infos_find(operation->outputs, operation->output_count, text,
+		                                                           length);
 		if (!info)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown \"%.*s\", known: %s", p->name,
 			                     length < 40 ? (int)length : 40, text,
-			                     gnp_tensor_infos_names(operation->outputs, operation->output_count, text, length, &list));
+			                     gnp_tensor_infos_names(operation->outputs, operation->output_count, text, length,
+			                                            &list));
 		mask |= UINT64_C(1) << (info - operation->outputs);
 		text += length + (text[length] == ',');
 	}
@@ -171,7 +175,8 @@ gnp_status gnp_parameter_parse(const struct gnp_operation *operation, void *opti
 }
 
 /* A typed value goes the way of its text where the types differ, so that messages and rules are the same. */
-gnp_status gnp_parameter_set(const struct gnp_operation *operation, void *options, const struct gnp_value *value, struct gnp_error *error)
+gnp_status gnp_parameter_set(const struct gnp_operation *operation, void *options, const struct gnp_value *value,
+                             struct gnp_error *error)
 {
 	const struct gnp_parameter *p = parameter_find(operation, value->name, error);
 	if (!p)
@@ -215,7 +220,8 @@ static void write_set(const struct gnp_operation *operation, const struct gnp_pa
 	strcpy(text, all ? "all" : "");
 	for (size_t i = 0; !all && p->choices && p->choices[i]; i++) {
 		const char *name = p->choices[i];
-		const struct gnp_tensor_info *first = gnp_tensor_infos_find(operation->outputs, operation->output_count, name, strlen(name));
+		const struct gnp_tensor_info *first = gnp_tensor_infos_find(operation->outputs, operation->output_count, name,
+		                                                            strlen(name));
 		uint64_t bit = first ? UINT64_C(1) << (first - operation->outputs) : 0;
 		write_names(operation, mask & bit, text);
 		mask &= ~bit;

@@ -26,7 +26,8 @@ static void put_value(struct gnp_writer *w, const struct gnp_parameter *p)
 	}
 }
 
-gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer,
+                               struct gnp_error *error)
 {
 	struct gnp_writer w = gnp_writer_to(buffer, error);
 	char default_text[GNP_PARAMETER_DEFAULT_MAX];

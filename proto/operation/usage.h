@@ -6,8 +6,9 @@
 #include "proto/operation/operation.h"
 #include "proto/tensor/buffer.h"
 
-/* Appends two lines for each parameter: its flag with what it takes, and its help with the default; the outputs that a parameter chooses
- * from have a line each. */
-gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer, struct gnp_error *error);
+/* Appends two lines for each parameter: its flag with what it takes, and its help with the default; the outputs that
+ * a parameter chooses from have a line each. */
+gnp_status gnp_operation_usage(const struct gnp_operation *operation, struct gnp_buffer *buffer,
+                               struct gnp_error *error);
 
 #endif

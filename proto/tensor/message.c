@@ -29,7 +29,8 @@ static gnp_status add(struct gnp_values *values, struct gnp_value value, const c
 	return GNP_OK;
 }
 
-gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string, struct gnp_error *error)
+gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string,
+                                 struct gnp_error *error)
 {
 	return add(values, (struct gnp_value){.type = GNP_VALUE_STRING}, name, string, error);
 }

@@ -25,8 +25,10 @@ struct gnp_values {
 	size_t count, capacity;
 	struct gnp_value *items;
 };
-gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string, struct gnp_error *error);
-gnp_status gnp_values_add_integer(struct gnp_values *values, const char *name, int64_t integer, struct gnp_error *error);
+gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string,
+                                 struct gnp_error *error);
+gnp_status gnp_values_add_integer(struct gnp_values *values, const char *name, int64_t integer,
+                                  struct gnp_error *error);
 gnp_status gnp_values_add_number(struct gnp_values *values, const char *name, double number, struct gnp_error *error);
 gnp_status gnp_values_add_bool(struct gnp_values *values, const char *name, bool boolean, struct gnp_error *error);
 const struct gnp_value *gnp_values_find(const struct gnp_values *values, const char *name);

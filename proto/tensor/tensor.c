@@ -8,7 +8,8 @@
 #include "core/base/names.h"
 #include "proto/tensor/scalar.h"
 
-const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name, size_t length)
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name,
+                                                    size_t length)
 {
 	for (size_t i = 0; i < count; i++)
 		if (strlen(infos[i].name) == length && memcmp(infos[i].name, name, length) == 0)
@@ -47,14 +48,15 @@ static gnp_status tensor_bytes(const char *name, enum gnp_datatype datatype, uns
                                size_t *bytes, struct gnp_error *error)
 {
 	if (strlen(name) >= GNP_TENSOR_NAME_MAX)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%.40s...\": name of %zu bytes, need at most %d", name,
-		                     strlen(name), GNP_TENSOR_NAME_MAX - 1);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%.40s...\": name of %zu bytes, need at most %d",
+		                     name, strlen(name), GNP_TENSOR_NAME_MAX - 1);
 	if (rank > GNP_TENSOR_RANK_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": rank %u, need at most %d", name, rank,
 		                     GNP_TENSOR_RANK_MAX);
 	size_t size = gnp_datatype_size(datatype), elements;
 	if (!size)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": datatype %s is not supported, need a numeric one",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "tensor \"%s\": datatype %s is not supported, need a numeric one",
 		                     name, gnp_datatype_name(datatype));
 	if (!gnp_tensor_elements(rank, shape, &elements) || !gnp_size_multiply(elements, size, bytes))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": the shape's product overflows", name);

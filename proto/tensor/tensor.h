@@ -27,14 +27,16 @@ struct gnp_tensor {
 struct gnp_tensors {
 	size_t count, capacity;
 	struct gnp_tensor *items;
-	const struct gnp_budget *budget; /* borrowed: asked for the bytes of every tensor that gnp_tensors_add makes; NULL: nobody is */
+	/* Borrowed: asked for the bytes of every tensor that gnp_tensors_add makes; NULL: nobody is. */
+	const struct gnp_budget *budget;
 };
 
 /* What a tensor of an operation is. shape: -1 for the number of points; -2, -3, ... for other free extents. */
 struct gnp_tensor_info {
 	const char *name;
-	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of
-	                               outputs: GNP_FP32 for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is */
+	/* Of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of outputs: GNP_FP32
+	 * for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is. */
+	enum gnp_datatype datatype;
 	unsigned rank;
 	int64_t shape[4];
 	bool optional;              /* of outputs: an answer whose format has no place for it is whole without it */
@@ -42,7 +44,8 @@ struct gnp_tensor_info {
 };
 
 /* Of a table of tensors: the one of that name (length bytes), or NULL; and what a refusal of the name says is known. */
-const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name, size_t length);
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name,
+                                                    size_t length);
 struct gnp_names;
 const char *gnp_tensor_infos_names(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length,
                                    struct gnp_names *list);
@@ -53,8 +56,8 @@ char gnp_extent_letter(int64_t extent);
 /* Elements of a shape, overflow-checked; false on overflow. */
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements);
 
-/* Appends an uninitialised owned tensor (data allocated) and returns it through out; its address is valid until the next
- * append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY, and whatever the budget answers. */
+/* Appends an uninitialised owned tensor (data allocated) and returns it through out; its address is valid until the
+ * next append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY, and whatever the budget answers. */
 gnp_status gnp_tensors_add(struct gnp_tensors *tensors, const char *name, enum gnp_datatype datatype, unsigned rank,
                            const size_t *shape, struct gnp_tensor **out, struct gnp_error *error);
 /* The same with data of the right size that is borrowed (owned false) or taken over, freed by free() (owned true). */

@@ -1,6 +1,7 @@
 /* The OpenAPI document: every route of the server, with the parameters, formats and schemas of every operation.
  *
- * What stands in the tree as server/openapi.yaml, and is served as /openapi.yaml. A test holds it to the tables of routes. */
+ * What stands in the tree as server/openapi.yaml, and is served as /openapi.yaml. A test holds it to the tables of
+ * routes. */
 #ifndef GNPD_OPENAPI_H
 #define GNPD_OPENAPI_H
 

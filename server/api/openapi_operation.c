@@ -122,18 +122,19 @@ static void put_tensor(struct gnp_writer *w, const struct gnp_tensor_info *info,
 {
 	gnp_writer_printf(w, "        - `%s` (", info->name);
 	for (unsigned d = 0; d < info->rank; d++) {
-		gnp_writer_printf(w, d ? ", " : "");
+		gnp_writer_text(w, d ? ", " : "");
 		if (info->shape[d] < 0)
 			gnp_writer_printf(w, "%c", gnp_extent_letter(info->shape[d]));
 		else
 			gnp_writer_printf(w, "%d", (int)info->shape[d]);
 	}
-	gnp_writer_printf(w, ")%s%s%s: "
-	                  "%s\n", info->datatype == GNP_FP32 ? "" : " ", info->datatype == GNP_FP32 ? "" : gnp_datatype_name(info->datatype),
-	    input && info->optional ? ", optional" : "", info->help);
+	gnp_writer_printf(w, ")%s%s%s: %s\n", info->datatype == GNP_FP32 ? "" : " ",
+	                  info->datatype == GNP_FP32 ? "" : gnp_datatype_name(info->datatype),
+	                  input && info->optional ? ", optional" : "", info->help);
 }
 
-static void put_tensors(struct gnp_writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count, bool input)
+static void put_tensors(struct gnp_writer *w, const char *title, const struct gnp_tensor_info *infos, size_t count,
+                        bool input)
 {
 	gnp_writer_printf(w, "        %s:\n\n", title);
 	for (size_t i = 0; i < count; i++)
@@ -145,17 +146,17 @@ static void put_description(struct gnp_writer *w, const struct gnp_operation *op
 	gnp_writer_printf(w, "      description: |\n        %s\n\n", operation->help);
 	put_tensors(w, "Inputs, of any numeric type", operation->inputs, operation->input_count, true);
 	gnp_writer_text(w, "\n");
-	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is "
-	            "given", operation->outputs, operation->output_count, false);
+	put_tensors(w, "Outputs, FP64 where points are FP64 and else FP32 unless a type is given", operation->outputs,
+	            operation->output_count, false);
 }
 
 /* ---- Paths ---- */
 
 static void put_timeout(struct gnp_writer *w)
 {
-	gnp_writer_printf(w, "        - {name: timeout, in: query, description: 'most time for the work, such as 30s or "
-	                  "500ms; never more than the server allows', "
-	       "schema: {type: string}}\n");
+	gnp_writer_printf(w,
+	                  "        - {name: timeout, in: query, description: 'most time for the work, such as 30s or "
+	                  "500ms; never more than the server allows', schema: {type: string}}\n");
 }
 
 static void put_written_formats(struct gnp_writer *w)
@@ -172,94 +173,93 @@ static void put_written_formats(struct gnp_writer *w)
 
 static void put_file_operation(struct gnp_writer *w, const struct gnp_operation *operation)
 {
-	gnp_writer_printf(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: "
-	                  "", operation->name, operation->name);
+	gnp_writer_printf(w, "  /v1/%s:\n    post:\n      operationId: %s\n      summary: ", operation->name,
+	                  operation->name);
 	put_quoted(w, operation->help);
 	gnp_writer_text(w, "\n");
 	put_description(w, operation);
 	gnp_writer_text(w, "      parameters:\n");
 	put_query(w, operation);
-	gnp_writer_printf(w, "        - name: format\n          in: query\n          description: 'format of the answer "
-	                  "where Accept names none; else the format of the body, or npz where that has no place for the "
-	                  "answer'\n"
-	       "          schema: {type: string, enum: [");
+	gnp_writer_printf(w, "        - name: format\n          in: query\n"
+	                  "          description: 'format of the answer where Accept names none; else the format of the "
+	                  "body, or npz where that has no place for the answer'\n          schema: {type: string, enum: [");
 	put_written_formats(w);
 	gnp_writer_text(w, "]}\n");
 	put_timeout(w);
 	gnp_writer_text(w, "      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
-	gnp_writer_printf(w, "      responses:\n        '200':\n          description: 'the cloud with the outputs; a "
-	                  "comment left_out names those that a format made of rows cannot hold'\n          "
-	                  "" GNPD_OPENAPI_REPORT_HEADERS "\n          content:\n");
+	gnp_writer_printf(w, "      responses:\n        '200':\n"
+	                  "          description: 'the cloud with the outputs; a comment left_out names those that a "
+	                  "format made of rows cannot hold'\n          " GNPD_OPENAPI_REPORT_HEADERS "\n"
+	                  "          content:\n");
 	put_media_types(w, false, "            ");
 	gnp_writer_text(w, "        default: {$ref: '#/components/responses/Error'}\n");
 }
 
 static void put_infer_operation(struct gnp_writer *w, const struct gnp_operation *operation)
 {
-	gnp_writer_printf(w, "  /v2/models/%s/infer:\n    post:\n      operationId: infer_%s\n      summary: "
-	                  "", operation->name, operation->name);
+	gnp_writer_printf(w, "  /v2/models/%s/infer:\n    post:\n      operationId: infer_%s\n      summary: ",
+	                  operation->name, operation->name);
 	put_quoted(w, operation->help);
 	gnp_writer_text(w, "\n");
 	put_description(w, operation);
-	gnp_writer_printf(w, "      parameters:\n"
-	       "        - name: Inference-Header-Content-Length\n          in: header\n"
-	       "          description: 'bytes of the JSON part when binary tensors follow it; 0: the body is raw FP32 "
-	       "points (n, 3)'\n"
-	       "          schema: {type: integer, minimum: 0}\n"
-	       "      requestBody:\n        required: true\n        content:\n"
-	       "          application/json: {schema: {$ref: '#/components/schemas/%s_request'}}\n"
-	       "          application/octet-stream: {schema: {type: string, format: binary}}\n"
-	       "      responses:\n        '200':\n          description: 'the outputs, as JSON or as JSON followed by "
-	       "binary tensors'\n"
-	       "          headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}}\n"
-	       "          content:\n"
-	       "            application/json: {schema: {$ref: '#/components/schemas/response'}}\n"
-	       "            application/octet-stream: {schema: {type: string, format: binary}}\n"
-	       "        default: {$ref: '#/components/responses/Error'}\n", operation->name);
+	gnp_writer_printf(w, "      parameters:\n        - name: Inference-Header-Content-Length\n          in: header\n"
+	                  "          description: 'bytes of the JSON part when binary tensors follow it; 0: the body is "
+	                  "raw FP32 points (n, 3)'\n          schema: {type: integer, minimum: 0}\n      requestBody:\n"
+	                  "        required: true\n        content:\n"
+	                  "          application/json: {schema: {$ref: '#/components/schemas/%s_request'}}\n"
+	                  "          application/octet-stream: {schema: {type: string, format: binary}}\n      responses:\n"
+	                  "        '200':\n"
+	                  "          description: 'the outputs, as JSON or as JSON followed by binary tensors'\n"
+	                  "          headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}}\n"
+	                  "          content:\n"
+	                  "            application/json: {schema: {$ref: '#/components/schemas/response'}}\n"
+	                  "            application/octet-stream: {schema: {type: string, format: binary}}\n"
+	                  "        default: {$ref: '#/components/responses/Error'}\n", operation->name);
 }
 
 static void put_job_operation(struct gnp_writer *w, const struct gnp_operation *operation)
 {
-	gnp_writer_printf(w, "  /v1/jobs/%s:\n    post:\n      operationId: submit_%s\n      summary: "
-	                  "", operation->name, operation->name);
+	gnp_writer_printf(w, "  /v1/jobs/%s:\n    post:\n      operationId: submit_%s\n      summary: ", operation->name,
+	                  operation->name);
 	put_quoted(w, operation->help);
-	gnp_writer_printf(w, "\n      description: 'As a job: takes the query and body of /v1/%s, or the body of "
-	                  "/v2/models/%s/infer where "
-	       "Inference-Header-Content-Length is there or an application/json body has \"inputs\".'\n      parameters:\n"
-	       "        - {name: Idempotency-Key, in: header, description: 'the same key with the same request is the "
-	       "same job', "
-	       "schema: {type: string, minLength: 1, maxLength: 128}}\n",
-	    operation->name, operation->name);
+	gnp_writer_printf(w, "\n"
+	                  "      description: 'As a job: takes the query and body of /v1/%s, or the body of "
+	                  "/v2/models/%s/infer where Inference-Header-Content-Length is there or an application/json body "
+	                  "has \"inputs\".'\n      parameters:\n"
+	                  "        - {name: Idempotency-Key, in: header, description: 'the same key with the same request "
+	                  "is the same job', schema: {type: string, minLength: 1, maxLength: 128}}\n", operation->name,
+	                  operation->name);
 	put_query(w, operation);
 	put_timeout(w);
 	gnp_writer_text(w, "      requestBody:\n        required: true\n        content:\n");
 	put_media_types(w, true, "          ");
 	gnp_writer_printf(w, "      responses:\n"
-	       "        '202': {description: 'the job, which is on disk; Location and Retry-After', content: "
-	       "{application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
-	       "        '200': {description: 'the job the Idempotency-Key had made', content: {application/json: "
-	       "{schema: {$ref: '#/components/schemas/job'}}}}\n"
-	       "        '409': {description: 'the Idempotency-Key is that of another request (conflict), or the same "
-	       "request is being taken (in_progress, with Retry-After)', content: {application/json: {schema: {$ref: "
-	       "'#/components/schemas/error'}}}}\n"
-	       "        '507': {description: 'the store of jobs is full', content: {application/json: {schema: {$ref: "
-	       "'#/components/schemas/error'}}}}\n"
-	       "        default: {$ref: '#/components/responses/Error'}\n");
+	                  "        '202': {description: 'the job, which is on disk; Location and Retry-After', content: "
+	                  "{application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
+	                  "        '200': {description: 'the job the Idempotency-Key had made', content: "
+	                  "{application/json: {schema: {$ref: '#/components/schemas/job'}}}}\n"
+	                  "        '409': {description: 'the Idempotency-Key is that of another request (conflict), or the "
+	                  "same request is being taken (in_progress, with Retry-After)', content: {application/json: "
+	                  "{schema: {$ref: '#/components/schemas/error'}}}}\n"
+	                  "        '507': {description: 'the store of jobs is full', content: {application/json: {schema: "
+	                  "{$ref: '#/components/schemas/error'}}}}\n"
+	                  "        default: {$ref: '#/components/responses/Error'}\n");
 }
 
 static void put_model_paths(struct gnp_writer *w, const struct gnp_operation *operation)
 {
 	static const struct {
 		const char *path, *summary;
-	} paths[] = {{"", "inputs, outputs and parameters"}, {"/ready", "whether the operation is "
-	    "ready"}, {"/stats", "counts and seconds"},
+	} paths[] = {{"", "inputs, outputs and parameters"},
+	             {"/ready", "whether the operation is ready"},
+	             {"/stats", "counts and seconds"},
 	             {"/config", "inputs and outputs as a model configuration of Triton"}};
 	for (size_t i = 0; i < sizeof paths / sizeof paths[0]; i++)
 		gnp_writer_printf(w, "  /v2/models/%s%s:\n    get:\n      summary: '%s'\n      responses:\n"
-		       "        '200': {description: 'done', content: {application/json: {}}}\n"
-		       "        default: {$ref: '#/components/responses/Error'}\n",
-		    operation->name, paths[i].path, paths[i].summary);
+		                  "        '200': {description: 'done', content: {application/json: {}}}\n"
+		                  "        default: {$ref: '#/components/responses/Error'}\n", operation->name, paths[i].path,
+		                  paths[i].summary);
 }
 
 void gnpd_openapi_operation_paths(struct gnp_writer *w, const struct gnp_operation *operation)
@@ -273,18 +273,18 @@ void gnpd_openapi_operation_paths(struct gnp_writer *w, const struct gnp_operati
 void gnpd_openapi_operation_request(struct gnp_writer *w, const struct gnp_operation *operation)
 {
 	gnp_writer_printf(w, "    %s_request:\n      type: object\n      required: [inputs]\n      properties:\n"
-	       "        id: {type: string}\n"
-	       "        inputs: {type: array, items: {$ref: '#/components/schemas/tensor'}}\n"
-	       "        outputs:\n          type: array\n          items:\n            type: object\n            "
-	       "required: [name]\n"
-	       "            properties:\n              name: {type: string, enum: [", operation->name);
+	                  "        id: {type: string}\n"
+	                  "        inputs: {type: array, items: {$ref: '#/components/schemas/tensor'}}\n        outputs:\n"
+	                  "          type: array\n          items:\n            type: object\n"
+	                  "            required: [name]\n            properties:\n"
+	                  "              name: {type: string, enum: [", operation->name);
 	for (size_t i = 0; i < operation->output_count; i++)
 		gnp_writer_printf(w, "%s%s", i ? ", " : "", operation->outputs[i].name);
 	gnp_writer_printf(w, "]}\n              parameters: {type: object, properties: {binary_data: {type: boolean}}}\n"
-	       "        parameters:\n          type: object\n          properties:\n"
-	       "            binary_data_output: {type: boolean, default: false}\n"
-	       "            timeout: {type: integer, minimum: 0, description: 'most microseconds for the work; 0: as "
-	       "many as the server allows'}\n");
+	                  "        parameters:\n          type: object\n          properties:\n"
+	                  "            binary_data_output: {type: boolean, default: false}\n"
+	                  "            timeout: {type: integer, minimum: 0, description: 'most microseconds for the work; "
+	                  "0: as many as the server allows'}\n");
 	for (size_t i = 0; i < operation->parameter_count; i++) {
 		gnp_writer_printf(w, "            %s: ", operation->parameters[i].name);
 		put_schema(w, operation, &operation->parameters[i]);

@@ -6,8 +6,8 @@
 #include "proto/tensor/writer.h"
 
 /* The headers in which an answer says what was done. */
-#define GNPD_OPENAPI_REPORT_HEADERS                                                                                     \
-	"headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}, "                                               \
+#define GNPD_OPENAPI_REPORT_HEADERS                                          \
+	"headers: {X-Gnpd-Warnings: {$ref: '#/components/headers/Warnings'}, "   \
 	"X-Gnpd-Parameters: {$ref: '#/components/headers/Parameters'}}"
 
 /* Its paths: /v1/NAME, /v2/models/NAME/infer, /v1/jobs/NAME and what /v2/models/NAME answers. */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "clients/http_client.h"
+#include "proto/file/file.h"
 #include "proto/file/formats.h"
 #include "proto/file/result.h"
 #include "proto/oip/oip.h"

@@ -11,19 +11,25 @@ static void formats_are_told_apart(void)
 		const char *bytes;
 		const struct gnp_format *format;
 	} magics[] = {{"ply\r\nformat", &gnp_format_ply}, {"\x93NUMPY\1", &gnp_format_npy}, {"PK\3\4", &gnp_format_npz},
-	              {"# .PCD v.7\n", &gnp_format_pcd}, {"VERSION .7\n", &gnp_format_pcd}, {" {\"points\"", &gnp_format_json},
-	              {"# c\nv 1 2 3", &gnp_format_obj}, {"# c\n-1.5 2", &gnp_format_xyz}, {"# vtk DataFile", &gnp_format_vtk},
+	              {"# .PCD v.7\n", &gnp_format_pcd}, {"VERSION .7\n", &gnp_format_pcd},
+	              {" {\"points\"", &gnp_format_json},
+	              {"# c\nv 1 2 3", &gnp_format_obj}, {"# c\n-1.5 2", &gnp_format_xyz},
+	              {"# vtk DataFile", &gnp_format_vtk},
 	              {"nan 0 0\n", &gnp_format_xyz}, {"# c\nInf,1,2", &gnp_format_xyz},
-	              {"x,y,z,nx,ny,nz\n1,2,3", &gnp_format_csv}, {"x,y,z\n", &gnp_format_csv}, {"\"X\"; \"Y\"; \"Z\";\"a\"\n", &gnp_format_csv},
-	              {"# c\r\nX Y Z\r\n1 2 3", &gnp_format_xyz}, {"x\ty\tz\tw\n", &gnp_format_xyz}, {"x y z", &gnp_format_xyz}};
+	              {"x,y,z,nx,ny,nz\n1,2,3", &gnp_format_csv}, {"x,y,z\n", &gnp_format_csv},
+	              {"\"X\"; \"Y\"; \"Z\";\"a\"\n", &gnp_format_csv},
+	              {"# c\r\nX Y Z\r\n1 2 3", &gnp_format_xyz}, {"x\ty\tz\tw\n", &gnp_format_xyz},
+	              {"x y z", &gnp_format_xyz}};
 	const struct gnp_format *format = NULL;
 	for (size_t i = 0; i < sizeof magics / sizeof magics[0]; i++)
-		CHECK(gnp_format_by_magic((const unsigned char *)magics[i].bytes, strlen(magics[i].bytes), &format) && format == magics[i].format);
+		CHECK(gnp_format_by_magic((const unsigned char *)magics[i].bytes, strlen(magics[i].bytes), &format) &&
+		      format == magics[i].format);
 	format = NULL;
 	CHECK(!gnp_format_by_magic((const unsigned char *)"", 0, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"\x7f" "ELF", 4, &format));
 	CHECK(!gnp_format_by_magic((const unsigned char *)"nano 1 2", 8, &format));
-	static const char *const none[] = {"x", "x,", "x,y", "x,y,", "x,y,w\n", "xyz\n", "x,y,zoo\n", "\"x,y,z\n", "\"x\",\"y\",\"z", "x\ny\nz\n"};
+	static const char *const none[] = {"x", "x,", "x,y", "x,y,", "x,y,w\n", "xyz\n", "x,y,zoo\n", "\"x,y,z\n",
+	                                   "\"x\",\"y\",\"z", "x\ny\nz\n"};
 	for (size_t i = 0; i < sizeof none / sizeof none[0]; i++) {
 		unsigned char *exact = malloc(strlen(none[i]));
 		memcpy(exact, none[i], strlen(none[i]));
@@ -75,9 +81,10 @@ static void accept_headers(void)
 		/* q */
 		{"application/json;q=2", "", &gnp_format_ply, &gnp_format_ply, false},
 		{"application/json;q=1.001, text/plain;q=0.001", "text/plain", &gnp_format_ply, &gnp_format_xyz, true},
-		{"application/json;q=, text/plain;q=0.5x, application/x-npz;q=0.1234, application/x-npy;q=0.1", "application/x-npy", &gnp_format_ply,
-		 &gnp_format_npy, true},
-		{"application/json;q=1.000;v=1, text/plain;v=2;q=0.9", "application/json", &gnp_format_ply, &gnp_format_json, true},
+		{"application/json;q=, text/plain;q=0.5x, application/x-npz;q=0.1234, application/x-npy;q=0.1",
+		 "application/x-npy", &gnp_format_ply, &gnp_format_npy, true},
+		{"application/json;q=1.000;v=1, text/plain;v=2;q=0.9", "application/json", &gnp_format_ply, &gnp_format_json,
+		 true},
 		{";;q=1,,/*;*", "", &gnp_format_ply, &gnp_format_ply, false},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -82,7 +82,8 @@ static void requested_outputs_override_quantities(void)
 	ask(&request, "metric");
 	CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, NULL) == GNP_OK);
 	const struct gnp_estimate_options *options = gnp_call_options(&call);
-	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 50 && call.memory > 0);
+	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 50 &&
+	      call.memory > 0);
 	ask(&request, "metric");
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "output \"metric\": asked for twice");
 	add(&request, "points", GNP_FP32, 5, 3);
@@ -102,7 +103,8 @@ static void too_few_points_are_known_before(void)
 	             {"estimate", "degree", "7", 300, "k: got 30, need at least 64 for degree 7"},
 	             {"filter", "k", "31", 30, "points: got 30, need at least 31"},
 	             {"flow", "k", "31", 30, "points: got 30, need at least "},
-	             {"flow", "outputs", "snapshot_points", 300, "snapshot_points: needs snapshot_every, got 0, need at least 1"},
+	             {"flow", "outputs", "snapshot_points", 300,
+	              "snapshot_points: needs snapshot_every, got 0, need at least 1"},
 	             {"laplacian", "stencil", "14", 300, "stencil: got 14, need 0 or at least 21 for function_degree 5"},
 	             {"laplacian", "k", "12", 11, "points: got 11, need at least 12"},
 	             {"spectrum", "count", "10", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
@@ -115,7 +117,8 @@ static void too_few_points_are_known_before(void)
 		add(&request, "points", GNP_FP32, cases[i].points, 3);
 		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
 		gnp_values_add_string(&request.parameters, cases[i].name, cases[i].value, NULL);
-		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call, &error) == GNP_INVALID_ARGUMENT);
+		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call,
+		                       &error) == GNP_INVALID_ARGUMENT);
 		CHECK_CONTAINS(error.text, cases[i].text);
 		gnp_request_clear(&request);
 	}
@@ -152,7 +155,8 @@ static void a_sphere_has_its_curvatures(void)
 		gnp_task_init(&task);
 		add_sphere(&request, datatypes[t], 2000);
 		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
-		gnp_values_add_string(&request.parameters, "quantities", "normals,mean_curvature,surface_coefficients,tangents", NULL);
+		gnp_values_add_string(&request.parameters, "quantities", "normals,mean_curvature,surface_coefficients,tangents",
+		                      NULL);
 		CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, &error) == GNP_OK);
 		CHECK(gnp_call_run(&call, pool, &task, &response, &error) == GNP_OK);
 		CHECK_STRING(error.text, "");
@@ -198,8 +202,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(requests_are_checked),
 	                                    TEST(requested_outputs_override_quantities),
-	                                    TEST(too_few_points_are_known_before),
-	                                    TEST(a_sphere_has_its_curvatures),
+	                                    TEST(too_few_points_are_known_before), TEST(a_sphere_has_its_curvatures),
 	                                    TEST(a_failed_run_leaves_no_outputs)};
 	return RUN_TESTS(tests);
 }

@@ -44,7 +44,8 @@ static void parameters_parse_from_text(void)
 {
 	struct gnp_estimate_options options = gnp_estimate_defaults();
 	CHECK(gnp_parameter_parse(estimate(), &options, "k", "30.0", NULL) == GNP_OK && options.k == 30);
-	CHECK(gnp_parameter_parse(estimate(), &options, "weight", "linear", NULL) == GNP_OK && options.weight == GNP_WEIGHT_LINEAR);
+	CHECK(gnp_parameter_parse(estimate(), &options, "weight", "linear", NULL) == GNP_OK &&
+	      options.weight == GNP_WEIGHT_LINEAR);
 	CHECK(gnp_parameter_parse(estimate(), &options, "quantities", "normals,frame", NULL) == GNP_OK);
 	CHECK(options.quantities == (GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_FRAME)));
 	CHECK(gnp_parameter_parse(estimate(), &options, "quantities", "all", NULL) == GNP_OK);
@@ -85,13 +86,17 @@ static void default_texts_are_those_of_the_core(void)
 	const struct {
 		const char *operation, *parameter;
 		double value; /* NAN: auto */
-	} cases[] = {{"estimate", "k", e.k}, {"heat", "degree", e.degree}, {"filter", "alpha", f.alpha}, {"filter", "gross", f.gross},
-	             {"filter", "cluster", f.cluster}, {"filter", "iterations", f.iterations}, {"filter", "tolerance", f.tolerance},
+	} cases[] = {{"estimate", "k", e.k}, {"heat", "degree", e.degree}, {"filter", "alpha", f.alpha},
+	             {"filter", "gross", f.gross},
+	             {"filter", "cluster", f.cluster}, {"filter", "iterations", f.iterations},
+	             {"filter", "tolerance", f.tolerance},
 	             {"flow", "steps", w.steps}, {"flow", "dt", w.dt}, {"flow", "smoothing_radius", w.smoothing_radius},
-	             {"flow", "spacing", w.spacing}, {"flow", "insertion", w.insertion}, {"flow", "tangential", w.tangential},
+	             {"flow", "spacing", w.spacing}, {"flow", "insertion", w.insertion},
+	             {"flow", "tangential", w.tangential},
 	             {"flow", "projection", w.projection}, {"flow", "singularity", w.singularity},
 	             {"flow", "spacing_limit", w.spacing_limit}, {"poisson", "screening", p.screening},
-	             {"poisson", "tolerance", p.tolerance}, {"spectrum", "iterations", p.iterations}, {"heat", "drop", p.laplacian.drop},
+	             {"poisson", "tolerance", p.tolerance}, {"spectrum", "iterations", p.iterations},
+	             {"heat", "drop", p.laplacian.drop},
 	             {"laplacian", "stencil", p.laplacian.neighbors}, {"laplacian", "function_degree", p.laplacian.degree}};
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
 		const struct gnp_operation *operation = gnp_operation_find(cases[i].operation);
@@ -135,10 +140,8 @@ static void tables_are_sound(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(parameter_errors_name_value_and_limit),
-	                                    TEST(parameters_parse_from_text),
-	                                    TEST(default_texts_equal_the_defaults),
-	                                    TEST(default_texts_are_those_of_the_core),
-	                                    TEST(set_bits_are_the_quantities),
+	                                    TEST(parameters_parse_from_text), TEST(default_texts_equal_the_defaults),
+	                                    TEST(default_texts_are_those_of_the_core), TEST(set_bits_are_the_quantities),
 	                                    TEST(tables_are_sound)};
 	return RUN_TESTS(tests);
 }

@@ -1,4 +1,5 @@
-/* The OpenAPI document in the tree is the one that the tables write; it shows the defaults that help and metadata show. */
+/* The OpenAPI document in the tree is the one that the tables write; it shows the defaults that help and metadata
+ * show. */
 #include "tests/unit/test.h"
 
 #include "proto/oip/oip.h"
@@ -12,7 +13,8 @@ static void the_openapi_document_in_the_tree_is_current(void)
 	struct gnp_buffer buffer = {0};
 	CHECK(gnpd_openapi_write(&buffer, NULL) == GNP_OK && gnp_buffer_append(&buffer, "", 1, NULL) == GNP_OK);
 	buffer.size--;
-	CHECK_CONTAINS((const char *)buffer.data, "dt: {oneOf: [{type: number, minimum: 0, exclusiveMinimum: true, maximum: 1.0e+200}, "
+	CHECK_CONTAINS((const char *)buffer.data,
+	               "dt: {oneOf: [{type: number, minimum: 0, exclusiveMinimum: true, maximum: 1.0e+200}, "
 	                                          "{type: string, enum: [auto]}], default: 'auto'}");
 	CHECK_CONTAINS((const char *)buffer.data, "- `record` (s, 10) FP64: ");
 	FILE *file = fopen("server/openapi.yaml", "rb");
@@ -35,7 +37,8 @@ static void check_document(const char *document, const char *path, const char *n
 	snprintf(plain, sizeof plain, ", default: %s}", text);
 	snprintf(quoted, sizeof quoted, ", default: '%s'}", text);
 	const char *at = strstr(document, path), *parameter = at ? strstr(at, line) : NULL;
-	const char *schema = parameter ? strstr(parameter, "\n          schema: ") : NULL, *end = schema ? strchr(schema + 1, '\n') : NULL;
+	const char *schema = parameter ? strstr(parameter, "\n          schema: ") : NULL;
+	const char *end = schema ? strchr(schema + 1, '\n') : NULL;
 	CHECK(end != NULL);
 	char *shown = strndup(schema, (size_t)(end - schema)), *number = strstr(shown, ", default: ");
 	double value = number ? strtod(number + strlen(", default: "), NULL) : NAN; /* 1.0e-08 is YAML's for 1e-08 */
@@ -52,8 +55,10 @@ static void the_default_is_the_same_everywhere(void)
 		struct gnp_buffer usage = {0}, metadata = {0};
 		char path[80], member[80], text[GNP_PARAMETER_DEFAULT_MAX], want[2 * GNP_PARAMETER_DEFAULT_MAX];
 		snprintf(path, sizeof path, "\n  /v1/%s:\n", operation->name);
-		CHECK(gnp_operation_usage(operation, &usage, NULL) == GNP_OK && gnp_buffer_append(&usage, "", 1, NULL) == GNP_OK);
-		CHECK(gnp_oip_model_metadata(operation, NULL, &metadata, NULL) == GNP_OK && gnp_buffer_append(&metadata, "", 1, NULL) == GNP_OK);
+		CHECK(gnp_operation_usage(operation, &usage, NULL) == GNP_OK &&
+		      gnp_buffer_append(&usage, "", 1, NULL) == GNP_OK);
+		CHECK(gnp_oip_model_metadata(operation, NULL, &metadata, NULL) == GNP_OK &&
+		      gnp_buffer_append(&metadata, "", 1, NULL) == GNP_OK);
 		for (size_t i = 0; i < operation->parameter_count; i++) {
 			const struct gnp_parameter *p = &operation->parameters[i];
 			gnp_parameter_default(operation, p, text);
