@@ -211,5 +211,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests tests/unit,$(call sources,$(top))))
+-include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests,$(call sources,$(top))) $(UNIT))
 endif
