@@ -17,6 +17,7 @@
 #include "proto/operation/operation.h"
 #include "server/api/server.h"
 #include "server/base/notify.h"
+#include "server/base/reserve.h"
 #include "server/config/config.h"
 #include "server/http/http.h"
 #include "server/http/listeners.h"
@@ -372,6 +373,7 @@ int main(int argc, char **argv)
 	unsigned actions;
 	gnp_linalg_restart(argv);
 	gnp_linalg_init();
+	gnpd_reserve_install();
 	gnp_json_memory_init();
 	gnp_status status;
 	if (argc == 3 && strcmp(argv[1], "--make-key") == 0)

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/headroom.h"
 #include "core/base/memory.h"
-#include "core/base/reserve.h"
 #include "core/cloud/cloud.h"
 
 struct gnp_neighbors {
@@ -49,7 +49,7 @@ gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_ne
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need 1..%d", count, INT32_MAX);
 	gnp_status status = check_places(points, count, error);
 	if (status == GNP_OK)
-		status = gnp_reserve_enter("neighbors", count * INDEX_BYTES_A_POINT, error);
+		status = gnp_headroom_need("neighbors", count * INDEX_BYTES_A_POINT, error);
 	if (status != GNP_OK)
 		return status;
 	struct gnp_neighbors *neighbors = calloc(1, sizeof *neighbors);
@@ -155,7 +155,7 @@ gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double
 	int *found = gnp_scratch_take(scratch, queries * k, sizeof *found);
 	if (!found)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu x %zu", queries, k);
-	if (gnp_reserve_enter("neighbors", k * SEARCH_BYTES_A_POINT, error) != GNP_OK) {
+	if (gnp_headroom_need("neighbors", k * SEARCH_BYTES_A_POINT, error) != GNP_OK) {
 		gnp_scratch_release(scratch, mark);
 		return GNP_OUT_OF_MEMORY;
 	}
@@ -363,7 +363,7 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const u
 		                     most < neighbors->count ? most : neighbors->count);
 	if (most > neighbors->count)
 		most = neighbors->count;
-	if (gnp_reserve_enter("neighbors", most * SEARCH_BYTES_A_POINT, error) != GNP_OK)
+	if (gnp_headroom_need("neighbors", most * SEARCH_BYTES_A_POINT, error) != GNP_OK)
 		return GNP_OUT_OF_MEMORY;
 	size_t capacity = rows * (size_t)fmin(1.3 * ratio * ratio * (double)k + 8, (double)most);
 	struct group group = {.neighbors = neighbors, .k = k, .most = most, .ratio = ratio};
