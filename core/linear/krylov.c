@@ -105,8 +105,9 @@ static gnp_status correct(struct gmres *work, size_t steps, double *x, struct gn
 	return status;
 }
 
-/* Whether nothing but rounding was left of the newest vector: the solution lies in what there is. The column h (k + 2), which the basis makes as
- * long as that vector was, is the measure, so that neither the unit of b nor that of A decides. */
+/* Whether nothing but rounding was left of the newest vector: the solution lies in what there is. The column h (k
+ * + 2), which the basis makes as long as that vector was, is the measure, so that neither the unit of b nor that
+ * of A decides. */
 static bool is_spanned(const double *h, size_t k)
 {
 	double square = 0;

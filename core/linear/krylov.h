@@ -28,14 +28,15 @@ struct gnp_krylov_report {
 	size_t iterations;
 };
 
-/* GMRES (Saad & Schultz 1986) with a preconditioner from the right, so that residuals are the system's own. A and inverse are (n, n). x (n): a guess
- * in, the solution out. GNP_NO_CONVERGENCE, with the report and the best x so far; x is undefined after other failures. The
- * same bytes for any number of workers. */
+/* GMRES (Saad & Schultz 1986) with a preconditioner from the right, so that residuals are the system's own. A and
+ * inverse are (n, n). x (n): a guess in, the solution out. GNP_NO_CONVERGENCE, with the report and the best x so
+ * far; x is undefined after other failures. The same bytes for any number of workers. */
 gnp_status gnp_gmres(size_t n, struct gnp_linear matrix, struct gnp_linear inverse, const double *b,
                      const struct gnp_krylov_options *options, struct gnp_pool *pool, struct gnp_task *task, double *x,
                      struct gnp_krylov_report *report, struct gnp_error *error);
 
-/* Conjugate gradients on A^T A x = A^T b (CGLS, Bjorck 1996) with a symmetric positive inverse of A^T A, roughly. A (rows, n). As above. */
+/* Conjugate gradients on A^T A x = A^T b (CGLS, Bjorck 1996) with a symmetric positive inverse of A^T A, roughly.
+ * A (rows, n). As above. */
 gnp_status gnp_cgls(size_t rows, size_t n, struct gnp_linear matrix, struct gnp_linear transpose, struct gnp_linear inverse,
                     const double *b, const struct gnp_krylov_options *options, struct gnp_pool *pool, struct gnp_task *task,
                     double *x, struct gnp_krylov_report *report, struct gnp_error *error);

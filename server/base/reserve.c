@@ -24,8 +24,8 @@ enum {
 };
 
 static char *_Atomic base; /* NULL: there is none */
-/* Pieces of a slab are given out one after the other; with the last that is freed it is whole again. There are several, because some
- * pieces stay for long. */
+/* Pieces of a slab are given out one after the other; with the last that is freed it is whole again. There are
+ * several, because some pieces stay for long. */
 static struct {
 	size_t used, live; /* bytes given out since it was whole; pieces in use */
 } slabs[SLABS];
