@@ -242,13 +242,15 @@ static gnp_status iterate_least_squares(const struct gnp_solver *solver, const d
                                         struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
-	struct gnp_linear matrix = {apply_matrix, &equation->matrix}, transpose = {apply_matrix, &equation->transpose},
-	                  inverse = {apply_volumes_twice, solver};
+	const struct gnp_krylov_system system = {.rows = equation->rows, .n = equation->unknowns,
+	                                         .matrix = {apply_matrix, &equation->matrix},
+	                                         .transpose = {apply_matrix, &equation->transpose},
+	                                         .inverse = {apply_volumes_twice, solver}, .pool = pool, .task = task};
 	double *left = gnp_array_new(equation->rows, sizeof *left), *change = gnp_array_zero(equation->unknowns, sizeof *change);
 	gnp_status status = left && change ? without_given(equation, b, pool, x, left, error)
 	                                   : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu rows", equation->rows);
 	if (status == GNP_OK)
-		status = gnp_cgls(equation->rows, equation->unknowns, matrix, transpose, inverse, left, options, pool, task, change, report, error);
+		status = gnp_krylov_cgls(&system, left, options, change, report, error);
 	for (size_t c = 0; change && c < equation->unknowns; c++)
 		x[c] += change[c];
 	free(left);
@@ -265,8 +267,10 @@ static gnp_status iterate(const struct gnp_solver *solver, const double *b, cons
 	if (!is_square(equation))
 		return iterate_least_squares(solver, b, &wanted, pool, task, x, report, error);
 	memset(x, 0, equation->unknowns * sizeof *x);
-	return gnp_gmres(equation->rows, (struct gnp_linear){apply_matrix, &equation->matrix}, (struct gnp_linear){apply_volumes, solver}, b,
-	                 &wanted, pool, task, x, report, error);
+	const struct gnp_krylov_system system = {.rows = equation->rows, .n = equation->unknowns,
+	                                         .matrix = {apply_matrix, &equation->matrix},
+	                                         .inverse = {apply_volumes, solver}, .pool = pool, .task = task};
+	return gnp_krylov_gmres(&system, b, &wanted, x, report, error);
 }
 
 /* correction (unknowns): of the residual left (rows), relative sizes of it in report. */
