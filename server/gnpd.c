@@ -12,6 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "proto/json/json_memory.h"
 #include "proto/operation/operation.h"
@@ -371,7 +372,7 @@ int main(int argc, char **argv)
 	struct gnpd_config config;
 	struct gnp_error error = {0};
 	unsigned actions;
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	gnpd_reserve_install();
 	gnp_json_memory_init();

@@ -16,7 +16,8 @@ void gnp_headroom_install(bool (*may_enter)(void))
 gnp_status gnp_headroom_need(const char *what, size_t bytes, struct gnp_error *error)
 {
 	bool (*may_enter)(void) = atomic_load(&guard);
-	void *volatile trial = !may_enter || may_enter() ? malloc(bytes + BOOKKEEPING) : NULL; /* volatile: or none is made */
+	/* volatile, or the compiler makes none */
+	void *volatile trial = !may_enter || may_enter() ? malloc(bytes + BOOKKEEPING) : NULL;
 	if (!trial)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu bytes", what, bytes);
 	free(trial);

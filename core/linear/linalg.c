@@ -2,33 +2,6 @@
 
 #include <cblas.h>
 #include <math.h>
-#include <stdlib.h>
-#include <unistd.h>
-
-/* The kernels for the instruction set that is there; NULL: leave it to OpenBLAS. */
-static const char *best_kernels(void)
-{
-#if defined(__x86_64__)
-	if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))
-		return "SKYLAKEX";
-	if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-		return "HASWELL";
-#endif
-	return NULL;
-}
-
-/* Whether the variable was missing and now is set. */
-static int supply(const char *variable, const char *value)
-{
-	return value && !getenv(variable) && setenv(variable, value, 0) == 0;
-}
-
-void gnp_linalg_restart(char **argv)
-{
-	int kernels = supply("OPENBLAS_CORETYPE", best_kernels()), threads = supply("OPENBLAS_NUM_THREADS", "1");
-	if (kernels || threads)
-		execv("/proc/self/exe", argv);
-}
 
 void gnp_linalg_init(void)
 {

@@ -1,15 +1,9 @@
-/* Dense linear algebra (the one BLAS user). Each call runs in the calling thread: parallelism is the pool's. */
+/* Dense linear algebra (the one BLAS user). Each call runs in the calling thread: parallelism is the pool's.
+ * Products and triangles take 2 m n k operations and no memory of their own but OpenBLAS's buffers. */
 #ifndef GNP_CORE_LINALG_H
 #define GNP_CORE_LINALG_H
 
 #include <stddef.h>
-
-/* OpenBLAS picks its kernels by processor model before main runs, and takes a model newer than itself for an old
- * one; and unless it is told before that too to keep to one thread, threads that call it at once wait for each
- * other. Where the environment does not say (OPENBLAS_CORETYPE, OPENBLAS_NUM_THREADS), this names the kernels of
- * the instruction set that is there and one thread, and starts the program anew with the same arguments; it
- * returns when there is nothing to do or that fails. First in main. */
-void gnp_linalg_restart(char **argv);
 
 /* Keeps BLAS in the calling thread. Call once before the first use, from one thread. */
 void gnp_linalg_init(void);
