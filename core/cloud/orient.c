@@ -9,6 +9,7 @@
 #include "core/base/vector.h"
 #include "core/cloud/distinct.h"
 #include "core/cloud/forest.h"
+#include "core/cloud/neighborhoods.h"
 #include "core/cloud/outward.h"
 #include "core/cloud/pca.h"
 
