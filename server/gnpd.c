@@ -12,6 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/base/version.h"
 #include "core/linear/linalg.h"
 #include "proto/json/json_memory.h"
 #include "proto/operation/operation.h"
@@ -20,6 +21,7 @@
 #include "server/config/config.h"
 #include "server/http/http.h"
 #include "server/http/listeners.h"
+#include "server/jobs/job_store.h"
 
 /* What git calls the sources; the Makefile says it. */
 #ifndef GNPD_BUILD
@@ -29,7 +31,7 @@
 extern char **environ;
 
 /* "0.1.0 (f599a22)", or the version alone. */
-static const char *const version = sizeof GNPD_BUILD > 1 ? GNPD_VERSION " (" GNPD_BUILD ")" : GNPD_VERSION;
+static const char *const version = sizeof GNPD_BUILD > 1 ? GNP_VERSION " (" GNPD_BUILD ")" : GNP_VERSION;
 
 /* The stop flag: what signals have come and not been acted on. A handler, not a mask alone, because libraries start threads
  * before main that no mask of ours reaches. */
@@ -330,10 +332,22 @@ static gnp_status check(const struct gnpd_config *config, struct gnp_error *erro
 	return status;
 }
 
+static bool checks_machine(unsigned actions)
+{
+	return actions == GNPD_CONFIG_RUN || (actions & GNPD_CONFIG_CHECK);
+}
+
+static gnp_status check_jobs_dir(const struct gnpd_config *config, struct gnp_error *error)
+{
+	return *config->jobs_dir ? gnpd_job_store_check(config->jobs_dir, error) : GNP_OK;
+}
+
 /* What is printed after a check can be read as a file of the configuration. */
 static gnp_status act(unsigned actions, const struct gnpd_config *config, struct gnp_error *error)
 {
-	gnp_status status = GNP_OK;
+	gnp_status status = checks_machine(actions) ? check_jobs_dir(config, error) : GNP_OK;
+	if (status != GNP_OK)
+		return status;
 	if (actions == GNPD_CONFIG_RUN)
 		return run(config, error);
 	if (actions & GNPD_CONFIG_HELP) {

@@ -1,4 +1,5 @@
 /* The Open Inference Protocol: server and model metadata, infer. */
+#include "core/base/version.h"
 #include "proto/oip/oip.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
@@ -8,7 +9,7 @@ gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 {
 	const char *build = request->server->metrics.build;
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
-	                         "{\"name\":\"gnpd\",\"version\":\"" GNPD_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
+	                         "{\"name\":\"gnpd\",\"version\":\"" GNP_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
 	                         "\"model_configuration\",\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
 }
 

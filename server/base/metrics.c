@@ -4,7 +4,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/config/config.h"
+#include "core/base/version.h"
 
 static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
                                               409, 410, 413, 414, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
@@ -215,7 +215,7 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 {
 	gnp_status status = write_family(buffer, "build_info", "gauge", "The version and build that run, as labels.", error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"%s\"} 1\n", metrics->build);
+		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNP_VERSION "\",build=\"%s\"} 1\n", metrics->build);
 	if (status == GNP_OK)
 		status = write_requests(metrics, buffer, error);
 	if (status == GNP_OK)

@@ -9,7 +9,6 @@
 
 #include "server/base/listen.h"
 #include "server/config/config_keys.h"
-#include "server/jobs/job_store.h"
 #include "server/parse/site.h"
 
 static char *trim(char *text)
@@ -249,9 +248,7 @@ static gnp_status check_machine(const struct gnpd_config *config, struct gnp_err
 		status = check_allowed_hosts(config->allowed_hosts, error);
 	if (status == GNP_OK)
 		status = check_folder_of("admin-port-file", config->admin_port_file, error);
-	if (status == GNP_OK)
-		status = check_weights_dir(config->weights_dir, error);
-	return status == GNP_OK && *config->jobs_dir ? gnpd_job_store_check(config->jobs_dir, error) : status;
+	return status == GNP_OK ? check_weights_dir(config->weights_dir, error) : status;
 }
 
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,

@@ -12,10 +12,6 @@
 #include "core/base/status.h"
 
 #define GNPD_CONFIG_TEXT 1024
-#define GNPD_VERSION "0.1.0"
-
-enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
-enum gnpd_log_level { GNPD_LOG_ERROR, GNPD_LOG_WARNING, GNPD_LOG_INFO, GNPD_LOG_DEBUG };
 
 struct gnpd_config {
 	char listen[GNPD_CONFIG_TEXT];      /* ADDRESS:PORT, [ADDRESS]:PORT or localhost:PORT; port 0: any free one */
@@ -86,8 +82,8 @@ gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, s
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, jobs_dir and those of the
- * port files can be written to). *actions: a set of enum gnpd_config_action. */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, those of the port files
+ * can be written to; jobs_dir is the store's to check). *actions: a set of enum gnpd_config_action. */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
                             unsigned *actions, struct gnp_error *error);
 
@@ -97,10 +93,6 @@ gnp_status gnpd_config_allows(const struct gnpd_config *config, const char *key,
 /* Every numeric key with its value. */
 typedef void (*gnpd_config_visit)(void *context, const char *key, double value);
 void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit visit, void *context);
-
-const char *gnpd_log_level_name(enum gnpd_log_level level);
-/* name: length bytes. False when there is no such level. */
-bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level);
 
 /* In the form gnpd_config_read_file reads. */
 void gnpd_config_print(const struct gnpd_config *config, FILE *file);

@@ -5,6 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/version.h"
+#include "server/base/log.h"
+
 enum kind { TEXT, FLAG, COUNT, BYTES, SECONDS, CHOICE };
 
 struct field {
@@ -15,10 +18,6 @@ struct field {
 	double minimum, maximum;
 	const char *help;
 };
-
-static const char *const log_formats[] = {[GNPD_LOG_TEXT] = "text", [GNPD_LOG_JSON] = "json", NULL};
-static const char *const log_levels[] = {[GNPD_LOG_ERROR] = "error", [GNPD_LOG_WARNING] = "warning", [GNPD_LOG_INFO] = "info",
-                                         [GNPD_LOG_DEBUG] = "debug", NULL};
 
 #define FIELD(member) offsetof(struct gnpd_config, member)
 #define TIB 1099511627776.0
@@ -81,10 +80,12 @@ static const struct field fields[] = {
 enum { FIELDS = sizeof fields / sizeof fields[0] };
 _Static_assert(sizeof fields / sizeof fields[0] <= GNPD_CONFIG_KEYS_MAX, "there are more keys than GNPD_CONFIG_KEYS_MAX");
 
-/* The texts of a CHOICE, by value, ended by NULL. */
-static const char *const *choices_of(const struct field *field)
+/* What a value of a CHOICE is called; NULL past the last. */
+static const char *choice_name(const struct field *field, int value)
 {
-	return field->offset == FIELD(log_level) ? log_levels : log_formats;
+	if (field->offset == FIELD(log_level))
+		return gnpd_log_level_name((enum gnpd_log_level)value);
+	return gnpd_log_format_name((enum gnpd_log_format)value);
 }
 
 int gnpd_config_key_find(const char *key)
@@ -177,24 +178,25 @@ static gnp_status set_number(const struct field *field, void *target, const char
 }
 
 /* "a", "a or b", "a, b or c". */
-static void list_choices(const char *const *choices, char *text, size_t capacity)
+static void list_choices(const struct field *field, char *text, size_t capacity)
 {
 	size_t size = 0;
+	const char *name;
 	text[0] = '\0';
-	for (size_t i = 0; choices[i] && size < capacity; i++)
-		size += (size_t)snprintf(text + size, capacity - size, "%s%s", i == 0 ? "" : choices[i + 1] ? ", " : " or ", choices[i]);
+	for (int i = 0; (name = choice_name(field, i)) != NULL && size < capacity; i++)
+		size += (size_t)snprintf(text + size, capacity - size, "%s%s", i == 0 ? "" : choice_name(field, i + 1) ? ", " : " or ", name);
 }
 
 static gnp_status set_choice(const struct field *field, int *target, const char *text, struct gnp_error *error)
 {
 	char list[128];
-	const char *const *choices = choices_of(field);
-	for (int i = 0; choices[i]; i++)
-		if (strcmp(text, choices[i]) == 0) {
+	const char *name;
+	for (int i = 0; (name = choice_name(field, i)) != NULL; i++)
+		if (strcmp(text, name) == 0) {
 			*target = i;
 			return GNP_OK;
 		}
-	list_choices(choices, list, sizeof list);
+	list_choices(field, list, sizeof list);
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.80s\", need %s", field->key, text, list);
 }
 
@@ -228,7 +230,7 @@ void gnpd_config_print(const struct gnpd_config *config, FILE *file)
 		switch (fields[i].kind) {
 		case TEXT: fprintf(file, "%s\n", (const char *)value); break;
 		case FLAG: fprintf(file, "%s\n", *(const bool *)value ? "true" : "false"); break;
-		case CHOICE: fprintf(file, "%s\n", choices_of(&fields[i])[*(const int *)value]); break;
+		case CHOICE: fprintf(file, "%s\n", choice_name(&fields[i], *(const int *)value)); break;
 		case SECONDS: fprintf(file, "%.15g\n", *(const double *)value); break;
 		case COUNT:
 		case BYTES: fprintf(file, "%zu\n", *(const size_t *)value); break;
@@ -247,21 +249,6 @@ void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit vis
 	}
 }
 
-const char *gnpd_log_level_name(enum gnpd_log_level level)
-{
-	return log_levels[level];
-}
-
-bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level)
-{
-	for (int i = 0; log_levels[i]; i++)
-		if (strlen(log_levels[i]) == length && memcmp(log_levels[i], name, length) == 0) {
-			*level = (enum gnpd_log_level)i;
-			return true;
-		}
-	return false;
-}
-
 void gnpd_config_help(FILE *file)
 {
 	static const struct { const char *flag, *help; } actions[] = {
@@ -270,7 +257,7 @@ void gnpd_config_help(FILE *file)
 		{"print-config", "print the configuration in effect, and exit; with --check-config when it is good"},
 		{"version", "print version and build, and exit"},
 		{"make-key NAME", "print a fresh key and its line for keys-file, and exit"}};
-	fprintf(file, "gnpd " GNPD_VERSION ": geometry of point clouds over HTTP.\n\n"
+	fprintf(file, "gnpd " GNP_VERSION ": geometry of point clouds over HTTP.\n\n"
 	              "usage: gnpd [--KEY VALUE | --KEY=VALUE]...\n\n"
 	              "Each key is also an environment variable (GNPD_QUEUE_COUNT) and a line of the file of --config\n"
 	              "(queue-count = 64). Flags win over the environment, the environment over the file.\n\n"

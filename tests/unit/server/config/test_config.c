@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "server/base/listen.h"
+#include "server/base/log.h"
 #include "server/config/config.h"
 
 static struct gnpd_config config;
