@@ -9,7 +9,10 @@
 #include "proto/tensor/warnings.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
 #include "server/jobs/job_json.h"
+#include "server/jobs/job_watch.h"
+#include "server/jobs/jobs.h"
 #include "server/parse/duration.h"
 #include "server/parse/range.h"
 
@@ -66,7 +69,7 @@ static gnp_status reply_view(struct gnpd_request *request, const struct gnpd_job
 	if (status == GNP_OK)
 		request->reply.code = code;
 	if (!gnpd_job_state_is_final(view->record.state))
-		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->config->retry_after_seconds);
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->server->engine.config->retry_after_seconds);
 	gnpd_reply_header(request, "Cache-Control", "no-store");
 	return status;
 }
@@ -234,7 +237,7 @@ static gnp_status read_wait(struct gnpd_request *request, double *seconds, struc
 	if (text)
 		status = gnpd_duration_parse("wait", text, seconds, error);
 	gnp_values_clear(&values);
-	*seconds = fmin(*seconds, request->server->config->jobs_wait_seconds);
+	*seconds = fmin(*seconds, request->server->engine.config->jobs_wait_seconds);
 	return status;
 }
 

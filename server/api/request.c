@@ -9,6 +9,7 @@
 #include "proto/oip/oip.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
 
 /* For the body of an error with its status's own sentence. */
 enum { SPARE_BYTES = 512 };
@@ -26,7 +27,7 @@ struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char 
 		free(request);
 		return NULL;
 	}
-	gnpd_work_init(&request->work, server, &request->reply);
+	gnpd_work_init(&request->work, &server->engine, &request->reply);
 	return request;
 }
 
@@ -86,7 +87,7 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 	request->reply.content_type = "application/json";
 	if (gnpd_reply_retries(status))
 		gnpd_reply_header(request, "Retry-After", "%.0f",
-		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->config->retry_after_seconds);
+		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->engine.config->retry_after_seconds);
 	if (status == GNP_UNAUTHORIZED)
 		gnpd_reply_header(request, "WWW-Authenticate", "Bearer");
 	if (status == GNP_METHOD_NOT_ALLOWED) {

@@ -10,6 +10,7 @@
 #include "proto/format/parameters.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
 #include "server/parse/duration.h"
 #include "server/work/work.h"
 
@@ -78,7 +79,7 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_operation *operation = work->operation;
-	const struct gnp_file_wants wants = {work->server->config->max_points, operation->inputs, operation->input_count, operation};
+	const struct gnp_file_wants wants = {work->engine->config->max_points, operation->inputs, operation->input_count, operation};
 	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
 }
 

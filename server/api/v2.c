@@ -3,11 +3,12 @@
 #include "proto/oip/oip.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/metrics.h"
 #include "server/work/work.h"
 
 gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 {
-	const char *build = request->server->metrics.build;
+	const char *build = request->server->engine.metrics->build;
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"name\":\"gnpd\",\"version\":\"" GNP_VERSION "%s%s\",\"extensions\":[\"binary_tensor_data\","
 	                         "\"model_configuration\",\"model_repository\",\"statistics\"]}\n", *build ? "+" : "", build);
@@ -47,7 +48,7 @@ gnp_status gnpd_v2_model_stats(struct gnpd_request *request, struct gnp_error *e
 {
 	const struct gnp_operation *operation = gnp_operation_find(request->model);
 	uint64_t good, bad, nanoseconds;
-	gnpd_metrics_totals(&request->server->metrics, gnpd_metrics_label(operation), &good, &bad, &nanoseconds);
+	gnpd_metrics_totals(request->server->engine.metrics, gnpd_metrics_label(operation), &good, &bad, &nanoseconds);
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error,
 	                         "{\"model_stats\":[{\"name\":\"%s\",\"version\":\"1\",\"inference_count\":%llu,"
 	                         "\"inference_stats\":{\"success\":{\"count\":%llu},\"fail\":{\"count\":%llu},"

@@ -8,13 +8,15 @@
 #include <sys/socket.h>
 
 #include "server/api/request.h"
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/base/metrics.h"
+#include "server/base/tls.h"
+#include "server/config/config.h"
 #include "server/http/late_reply.h"
+#include "server/work/engine.h"
 
 struct gnpd_connection {
 	struct gnpd_connection *previous, *next;
-	struct gnpd_server *server;
 	int fd;
 	enum gnpd_phase phase;
 	double since;    /* when the phase began */
@@ -27,7 +29,7 @@ struct gnpd_connection {
 };
 
 struct gnpd_connections {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
 	pthread_mutex_t lock; /* held while a socket is touched, so that none is closed and reused meanwhile */
 	pthread_cond_t wake;
 	bool stopping;
@@ -55,7 +57,7 @@ static void send_error(struct gnpd_connection *connection, const struct gnp_erro
 static void refuse(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error)
 {
 	connection->cut = error->status;
-	send_error(connection, error, connections->server->config->retry_after_seconds);
+	send_error(connection, error, connections->engine->config->retry_after_seconds);
 	shutdown(connection->fd, SHUT_RDWR);
 }
 
@@ -71,10 +73,10 @@ static size_t count_address(const struct gnpd_connections *connections, const st
 /* Lock held. */
 static gnp_status check_address(const struct gnpd_connections *connections, const struct gnpd_origin *origin, struct gnp_error *error)
 {
-	size_t limit = connections->server->config->max_connections_per_address;
+	size_t limit = connections->engine->config->max_connections_per_address;
 	if (!limit || origin->admin || !origin->remote[0] || count_address(connections, origin) < limit)
 		return GNP_OK;
-	gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_ADDRESS);
+	gnpd_metrics_reject(connections->engine->metrics, GNPD_REJECT_ADDRESS);
 	return gnp_error_set(error, GNP_LIMITED, "connections: %zu are open from %s, at most %zu may be (max-connections-per-address)",
 	                     limit, origin->remote, limit);
 }
@@ -88,7 +90,6 @@ struct gnpd_connection *gnpd_connection_open(struct gnpd_connections *connection
 	connection->fd = fd;
 	connection->since = gnp_clock();
 	connection->origin = *origin;
-	connection->server = connections->server;
 	pthread_mutex_lock(&connections->lock);
 	if (check_address(connections, origin, &error) != GNP_OK)
 		refuse(connections, connection, &error);
@@ -98,8 +99,8 @@ struct gnpd_connection *gnpd_connection_open(struct gnpd_connections *connection
 	connections->first = connection;
 	connections->count++;
 	pthread_mutex_unlock(&connections->lock);
-	atomic_fetch_add(&connections->server->metrics.accepted, 1);
-	atomic_fetch_add(&connections->server->metrics.connections, 1);
+	atomic_fetch_add(&connections->engine->metrics->accepted, 1);
+	atomic_fetch_add(&connections->engine->metrics->connections, 1);
 	return connection;
 }
 
@@ -114,7 +115,7 @@ void gnpd_connection_close(struct gnpd_connections *connections, struct gnpd_con
 		connection->next->previous = connection->previous;
 	connections->count--;
 	pthread_mutex_unlock(&connections->lock);
-	atomic_fetch_sub(&connections->server->metrics.connections, 1);
+	atomic_fetch_sub(&connections->engine->metrics->connections, 1);
 	gnpd_tls_pair_release(connection->pair);
 	free(connection);
 }
@@ -140,22 +141,15 @@ void gnpd_connection_received(struct gnpd_connections *connections, struct gnpd_
 	pthread_mutex_unlock(&connections->lock);
 }
 
-struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection)
-{
-	return connection->server;
-}
-
 const char *gnpd_connection_remote(const struct gnpd_connection *connection)
 {
 	return connection->origin.remote;
 }
 
-struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connection, struct gnpd_tls_pair *pair)
+struct gnpd_tls_pair *gnpd_connection_certificate(struct gnpd_connection *connection)
 {
-	if (connection->pair)
-		gnpd_tls_pair_release(pair);
-	else
-		connection->pair = pair;
+	if (!connection->pair)
+		connection->pair = gnpd_tls_pair(connection->origin.tls);
 	return connection->pair;
 }
 
@@ -182,7 +176,7 @@ static void cut(struct gnpd_connections *connections, struct gnpd_connection *co
 		return;
 	connection->cut = error->status;
 	if (connection->phase == GNPD_PHASE_HEADERS || connection->phase == GNPD_PHASE_BODY)
-		send_error(connection, error, connections->server->config->retry_after_seconds);
+		send_error(connection, error, connections->engine->config->retry_after_seconds);
 	shutdown(connection->fd, SHUT_RDWR);
 }
 
@@ -255,7 +249,7 @@ static void stop_work(struct gnpd_connections *connections, struct gnpd_request 
                       enum gnpd_cancel counted, struct gnpd_queued **removed)
 {
 	if (gnp_task_check(&request->work.task, NULL) == GNP_OK)
-		gnpd_metrics_cancel(&connections->server->metrics, counted);
+		gnpd_metrics_cancel(connections->engine->metrics, counted);
 	gnp_task_stop(&request->work.task, reason);
 	if (request->withdraw(request)) {
 		request->queued.next = *removed;
@@ -321,14 +315,14 @@ static void check_deadlines(struct gnpd_connections *connections, double now)
 {
 	for (struct gnpd_connection *c = connections->first; c; c = c->next) {
 		struct gnp_error error = {0};
-		if (c->cut != GNP_OK || check_deadline(connections->server->config, c, now, &error) == GNP_OK)
+		if (c->cut != GNP_OK || check_deadline(connections->engine->config, c, now, &error) == GNP_OK)
 			continue;
 		if (c->phase == GNPD_PHASE_HEADERS || (c->phase == GNPD_PHASE_IDLE && !c->used))
-			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_HEADERS);
+			gnpd_metrics_reject(connections->engine->metrics, GNPD_REJECT_SLOW_HEADERS);
 		else if (c->phase == GNPD_PHASE_BODY)
-			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_BODY);
+			gnpd_metrics_reject(connections->engine->metrics, GNPD_REJECT_SLOW_BODY);
 		else if (c->phase == GNPD_PHASE_REPLY || c->phase == GNPD_PHASE_STREAM)
-			gnpd_metrics_reject(&connections->server->metrics, GNPD_REJECT_SLOW_REPLY);
+			gnpd_metrics_reject(connections->engine->metrics, GNPD_REJECT_SLOW_REPLY);
 		cut(connections, c, &error);
 	}
 }
@@ -392,16 +386,16 @@ static void release(struct gnpd_connections *connections)
 	free(connections);
 }
 
-gnp_status gnpd_connections_create(struct gnpd_server *server, struct gnpd_connections **out, struct gnp_error *error)
+gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out, struct gnp_error *error)
 {
 	struct gnpd_connections *connections = calloc(1, sizeof *connections);
 	if (!connections)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "connections: no memory");
 	gnpd_clock_init(&connections->wake);
 	pthread_mutex_init(&connections->lock, NULL);
-	connections->server = server;
+	connections->engine = engine;
 	connections->seen = gnp_clock();
-	connections->capacity = server->config->max_connections + server->config->admin_connections;
+	connections->capacity = engine->config->max_connections + engine->config->admin_connections;
 	connections->polls = calloc(connections->capacity, sizeof *connections->polls);
 	connections->probed = calloc(connections->capacity, sizeof *connections->probed);
 	if (!connections->polls || !connections->probed || pthread_create(&connections->thread, NULL, connections_main, connections) != 0) {

@@ -7,6 +7,8 @@
 #include "server/api/admit.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/parse/framing.h"
 
 struct header_walk {
@@ -74,10 +76,10 @@ static gnp_status check_site(struct gnpd_request *request, struct gnp_error *err
 {
 	static const char *const harmless[] = {"GET", "HEAD", "OPTIONS"};
 	struct gnpd_server *server = request->server;
-	const char *allowed = server->config->allowed_hosts;
+	const char *allowed = server->engine.config->allowed_hosts;
 	gnp_status status = request->named ? gnpd_site_check_host(&request->site, allowed, error) : GNP_OK;
 	if (status != GNP_OK) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_HOST);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_HOST);
 		return status;
 	}
 	if (gnpd_guard_on(server->guard))
@@ -87,7 +89,7 @@ static gnp_status check_site(struct gnpd_request *request, struct gnp_error *err
 			return GNP_OK;
 	status = gnpd_site_check_origin(&request->site, allowed, error);
 	if (status != GNP_OK)
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_CROSS_SITE);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_CROSS_SITE);
 	return status;
 }
 
@@ -106,20 +108,20 @@ static gnp_status check_body(struct gnpd_request *request, struct gnp_error *err
 {
 	struct gnpd_server *server = request->server;
 	if (atomic_load(&server->draining)) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_DRAINING);
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
 	}
-	if (request->content_length > server->config->max_body_bytes) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
+	if (request->content_length > server->engine.config->max_body_bytes) {
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_BODY_LIMIT);
 		return gnp_error_set(error, GNP_TOO_LARGE, "body: got %zu bytes, need at most %zu (max-body-bytes)", request->content_length,
-		                     server->config->max_body_bytes);
+		                     server->engine.config->max_body_bytes);
 	}
 	gnp_status status = check_body_type(request, error);
 	if (status != GNP_OK)
 		return status;
 	status = gnpd_queue_check(gnpd_http_queue(request), error);
 	if (status != GNP_OK)
-		gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+		gnpd_metrics_reject(server->engine.metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	return status;
 }
 
@@ -150,7 +152,7 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 {
 	struct header_walk walk = {.request = request};
 	struct gnp_error error = {0};
-	size_t discard = request->server->config->discard_bytes;
+	size_t discard = request->server->engine.config->discard_bytes;
 	strncpy(request->method, method, sizeof request->method - 1);
 	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
 	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of the request while that changes. */
@@ -160,7 +162,7 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 		request->site.host = request->target.authority; /* whatever Host says (RFC 9112 3.2.2) */
 	gnpd_framing_size(&walk.framing, strlen(method) + request->uri_size + strlen(version) + strlen("  \r\n"), header_size(request->http));
 	if (gnpd_framing_finish(&walk.framing, version, &error) != GNP_OK) {
-		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
+		gnpd_metrics_reject(request->server->engine.metrics, GNPD_REJECT_FRAMING);
 		request->reply.close = true;
 		gnpd_reply_error(request, &error);
 		return gnpd_http_reply(request);

@@ -3,6 +3,7 @@
 #include <microhttpd.h>
 
 #include "server/api/server.h"
+#include "server/http/connections.h"
 #include "server/http/http_loop.h"
 
 static struct gnpd_request *request_of(struct gnpd_watch *watch)

@@ -4,7 +4,10 @@
 
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/http/http_loop.h"
+#include "server/jobs/jobs.h"
 
 static void run_handler(struct gnpd_request *request, gnpd_handler handler)
 {
@@ -32,7 +35,7 @@ static void resume(struct gnpd_request *request)
 
 struct gnpd_queue *gnpd_http_queue(const struct gnpd_request *request)
 {
-	return request->route->work == GNPD_BY_DISK_QUEUE ? request->server->disk_queue : request->server->queue;
+	return request->route->work == GNPD_BY_DISK_QUEUE ? request->server->disk_queue : request->server->engine.queue;
 }
 
 static bool withdraw_from_queue(struct gnpd_request *request)
@@ -72,13 +75,13 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 		work->operation = gnp_operation_find(request->model);
 	work->codec = gnpd_routes_codec(request->route);
 	gnp_task_init(&work->task);
-	gnpd_work_begin(work, server->config->work_seconds, "work-seconds", work->codec == &gnpd_codec_file ? request->target.query : NULL);
+	gnpd_work_begin(work, server->engine.config->work_seconds, "work-seconds", work->codec == &gnpd_codec_file ? request->target.query : NULL);
 	work->query = request->target.query;
 	suspend(request);
 	gnp_status status = gnpd_queue_submit(gnpd_http_queue(request), &request->queued, &error);
 	if (status == GNP_OK)
 		return MHD_YES;
-	gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	gnpd_metrics_reject(server->engine.metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	gnpd_reply_error(request, &error);
 	resume(request);
 	return MHD_YES;

@@ -34,7 +34,8 @@ struct gnpd_job {
 };
 
 struct gnpd_jobs {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
+	struct gnpd_watchers *watchers; /* told of every change; NULL: nobody watches */
 	struct gnpd_job_store store;
 	pthread_mutex_t disk, lock;
 	bool gathering;                 /* a job gathers its memory: two that each hold a part would wait for each other */

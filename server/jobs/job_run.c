@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include "proto/tensor/warnings.h"
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/base/metrics.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/engine.h"
 
 /* One run of a job. */
 struct run {
@@ -117,7 +119,7 @@ static gnp_status take_bytes(struct run *run, size_t bytes, struct gnp_error *er
 	gnp_status status = reserve_share(run, bytes, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnpd_queue_reserve(run->jobs->server->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
+	status = gnpd_queue_reserve(run->jobs->engine->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
 	if (status == GNP_OK)
 		run->work.reserved += bytes;
 	else
@@ -179,7 +181,7 @@ static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
 		read_checkpoint(run);
 	if (status != GNP_TOO_LARGE)
 		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
+	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
 	               cause.text);
 	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	run->checkpoint_bytes = 0;
@@ -256,7 +258,7 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 		prove(run);
 		return GNP_OK;
 	}
-	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
 	return gnp_error_set(error, status, "%s", cause.text);
 }
 
@@ -266,8 +268,8 @@ static void set_work(struct run *run)
 {
 	const struct gnpd_job_record *record = &run->job->record;
 	struct gnpd_work *work = &run->work;
-	const struct gnpd_config *config = run->jobs->server->config;
-	gnpd_work_init(work, run->jobs->server, &run->reply);
+	const struct gnpd_config *config = run->jobs->engine->config;
+	gnpd_work_init(work, run->jobs->engine, &run->reply);
 	work->budget = (struct gnp_budget){reserve_decoded, release_decoded, run};
 	work->codec = strcmp(record->codec, gnpd_codec_oip.name) == 0 ? &gnpd_codec_oip : &gnpd_codec_file;
 	work->operation = gnp_operation_find(record->operation);
@@ -451,7 +453,7 @@ static void park(struct run *run)
 
 static void end(struct run *run, gnp_status status, struct gnp_error *error)
 {
-	struct gnpd_server *server = run->jobs->server;
+	const struct gnpd_engine *engine = run->jobs->engine;
 	if (status == GNP_OK)
 		status = succeed(run, error);
 	if (status == GNP_OK)
@@ -460,11 +462,11 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 		park(run);
 	else
 		fail(run, status, error);
-	gnpd_metrics_stages(&server->metrics, &run->work.task);
+	gnpd_metrics_stages(engine->metrics, &run->work.task);
 	if (status == GNP_OK)
-		atomic_fetch_add(&server->metrics.points, run->work.call.points);
+		atomic_fetch_add(&engine->metrics->points, run->work.call.points);
 	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
-	gnpd_log_event(&server->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	gnpd_log_event(engine->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
 	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
 	               *error->text ? ": " : "", error->text);
 }
@@ -523,7 +525,7 @@ static bool take_place(struct gnpd_job *job)
 		atomic_store(&jobs->has_alone, true);
 	}
 	pthread_mutex_unlock(&jobs->lock);
-	if (alone && gnpd_queue_state(jobs->server->queue).running > 0)
+	if (alone && gnpd_queue_state(jobs->engine->queue).running > 0)
 		gnpd_jobs_keep_company(jobs);
 	return wanted;
 }

@@ -4,9 +4,10 @@
 #include <string.h>
 #include <sys/random.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/engine.h"
 
 /* Lock held. Ids sort by age, also when the clock was set back. */
 static gnp_status make_id(struct gnpd_jobs *jobs, struct gnpd_job_record *record, struct gnp_error *error)
@@ -94,7 +95,7 @@ static gnp_status check_same(const struct gnpd_job *old, const struct gnpd_job *
 static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnp_error *error)
 {
 	size_t bytes = work->body.size, memory = gnpd_jobs_memory_most(jobs);
-	const struct gnpd_config *config = jobs->server->config;
+	const struct gnpd_config *config = jobs->engine->config;
 	size_t waiting = 0;
 	if (jobs->parking)
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));

@@ -9,11 +9,15 @@
 #include "server/jobs/job_record.h"
 #include "server/work/work.h"
 
+struct gnpd_engine;
 struct gnpd_job;
 struct gnpd_jobs;
+struct gnpd_watchers;
 
-/* Opens the store and takes up what it holds; runs nothing yet. server must have all but its jobs. */
-gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, struct gnp_error *error);
+/* Opens the store and takes up what it holds; runs nothing yet. The engine must be complete; watchers are told of every change and may be
+ * NULL. */
+gnp_status gnpd_jobs_create(const struct gnpd_engine *engine, struct gnpd_watchers *watchers, struct gnpd_jobs **out,
+                            struct gnp_error *error);
 /* Begins to run them. */
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error);
 /* No job begins any more, those that run are stopped at once and left for the next process, new ones are refused. */
@@ -75,8 +79,6 @@ struct gnpd_jobs_counts {
 	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;
 };
 void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts);
-
-struct gnpd_server *gnpd_jobs_server(struct gnpd_jobs *jobs);
 
 /* Appends the families gnpd_jobs_*. */
 gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *buffer, struct gnp_error *error);

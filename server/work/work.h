@@ -14,7 +14,7 @@
 #include "proto/tensor/message.h"
 #include "server/work/reply.h"
 
-struct gnpd_server;
+struct gnpd_engine;
 struct gnpd_work;
 
 struct gnpd_codec {
@@ -33,7 +33,7 @@ struct gnpd_codec {
 extern const struct gnpd_codec gnpd_codec_file, gnpd_codec_oip;
 
 struct gnpd_work {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
 	const struct gnpd_codec *codec; /* NULL: gnpd_work_check chooses by headers and body */
 	const struct gnp_operation *operation;
 
@@ -61,7 +61,7 @@ struct gnpd_work {
 };
 
 /* Of the models in use now. */
-void gnpd_work_init(struct gnpd_work *work, struct gnpd_server *server, struct gnpd_reply *reply);
+void gnpd_work_init(struct gnpd_work *work, const struct gnpd_engine *engine, struct gnpd_reply *reply);
 /* Gives reserved bytes back and frees all. */
 void gnpd_work_clear(struct gnpd_work *work);
 
