@@ -1,11 +1,11 @@
-/* What the admin listener alone answers: loading again, the log's level, the configuration. */
+#include "server/api/admin.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/json/json_text.h"
 #include "server/api/reloader.h"
-#include "server/api/routes.h"
 #include "server/api/server.h"
 #include "server/base/log.h"
 #include "server/config/config.h"
@@ -58,7 +58,7 @@ gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_err
 	static const char *const known[] = {"level", NULL};
 	struct gnp_values values = {0};
 	enum gnpd_log_level level;
-	gnp_status status = gnpd_query_read(request, known, &values, error);
+	gnp_status status = gnpd_request_query(request, known, &values, error);
 	if (status == GNP_OK)
 		status = read_level(&values, &level, error);
 	if (status == GNP_OK) {

@@ -1,4 +1,5 @@
-/* Health, metrics and the OpenAPI document: answered in the HTTP thread, whatever the workers do. */
+#include "server/api/system.h"
+
 #include <string.h>
 
 #include "core/base/pool.h"

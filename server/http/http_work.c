@@ -2,12 +2,14 @@
 
 #include <math.h>
 
+#include "server/api/job_routes.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
 #include "server/config/config.h"
 #include "server/http/connections.h"
 #include "server/http/http_loop.h"
 #include "server/jobs/jobs.h"
+#include "server/work/codec_file.h"
 
 static void run_handler(struct gnpd_request *request, gnpd_handler handler)
 {
@@ -90,7 +92,7 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 static void run_polled(struct gnpd_queued *queued)
 {
 	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
-	run_handler(request, gnpd_jobs_polled);
+	run_handler(request, gnpd_job_routes_polled);
 	resume(request);
 }
 

@@ -10,6 +10,8 @@
 #include "server/base/metrics.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/codec_file.h"
+#include "server/work/codec_oip.h"
 #include "server/work/engine.h"
 
 /* One run of a job. */

@@ -7,6 +7,7 @@
 #include "server/base/clock.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/codec.h"
 #include "server/work/engine.h"
 
 /* Lock held. Ids sort by age, also when the clock was set back. */

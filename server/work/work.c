@@ -11,6 +11,8 @@
 #include "server/config/config.h"
 #include "server/parse/duration.h"
 #include "server/parse/target.h"
+#include "server/work/codec_file.h"
+#include "server/work/codec_oip.h"
 #include "server/work/engine.h"
 #include "server/work/loader.h"
 
