@@ -17,51 +17,78 @@ struct header_walk {
 	const char *id;
 };
 
+static void take_encoding(struct header_walk *walk, const char *value)
+{
+	walk->request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
+}
+
+static void take_id(struct header_walk *walk, const char *value)
+{
+	walk->id = value;
+}
+
+static void take_authorization(struct header_walk *walk, const char *value)
+{
+	walk->request->credentials.authorization = value;
+	walk->request->credentials.authorizations++;
+}
+
+static void take_api_key(struct header_walk *walk, const char *value)
+{
+	walk->request->credentials.api_key = value;
+	walk->request->credentials.api_keys++;
+}
+
+static void take_expect(struct header_walk *walk, const char *value)
+{
+	walk->request->expects_continue = strcasecmp(value, "100-continue") == 0;
+}
+
+static void take_length(struct header_walk *walk, const char *value)
+{
+	walk->request->has_length = true;
+	walk->request->content_length = strtoul(value, NULL, 10);
+}
+
+/* Where the value of each header that is heeded goes: to a member of the request, or to a function that makes more of it. */
+static const struct {
+	const char *name;
+	size_t member; /* a const char * of the request */
+	void (*take)(struct header_walk *walk, const char *value); /* NULL: the value as it is becomes the member */
+} headers[] = {
+	{"Content-Type", offsetof(struct gnpd_request, work.content_type), NULL},
+	{"Content-Encoding", 0, take_encoding},
+	{"Accept", offsetof(struct gnpd_request, work.accept), NULL},
+	{"Inference-Header-Content-Length", offsetof(struct gnpd_request, work.inference_length), NULL},
+	{"Idempotency-Key", offsetof(struct gnpd_request, idempotency_key), NULL},
+	{"Range", offsetof(struct gnpd_request, range), NULL},
+	{"If-Range", offsetof(struct gnpd_request, if_range), NULL},
+	{"If-None-Match", offsetof(struct gnpd_request, if_none_match), NULL},
+	{"Last-Event-ID", offsetof(struct gnpd_request, last_event_id), NULL},
+	{"Host", offsetof(struct gnpd_request, site.host), NULL},
+	{"Origin", offsetof(struct gnpd_request, site.origin), NULL},
+	{"Sec-Fetch-Site", offsetof(struct gnpd_request, site.fetch), NULL},
+	{"X-Request-Id", 0, take_id},
+	{"Authorization", 0, take_authorization},
+	{"X-API-Key", 0, take_api_key},
+	{"Expect", 0, take_expect},
+	{"Content-Length", 0, take_length},
+};
+enum { HEADERS = sizeof headers / sizeof headers[0] };
+
 static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const char *name, const char *value)
 {
 	struct header_walk *walk = context;
-	struct gnpd_request *request = walk->request;
 	(void)kind;
 	gnpd_framing_header(&walk->framing, name, value);
-	if (!value)
-		return MHD_YES;
-	if (strcasecmp(name, "Content-Type") == 0)
-		request->work.content_type = value;
-	else if (strcasecmp(name, "Content-Encoding") == 0)
-		request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
-	else if (strcasecmp(name, "Accept") == 0)
-		request->work.accept = value;
-	else if (strcasecmp(name, "Inference-Header-Content-Length") == 0)
-		request->work.inference_length = value;
-	else if (strcasecmp(name, "Idempotency-Key") == 0)
-		request->idempotency_key = value;
-	else if (strcasecmp(name, "Range") == 0)
-		request->range = value;
-	else if (strcasecmp(name, "If-Range") == 0)
-		request->if_range = value;
-	else if (strcasecmp(name, "If-None-Match") == 0)
-		request->if_none_match = value;
-	else if (strcasecmp(name, "Last-Event-ID") == 0)
-		request->last_event_id = value;
-	else if (strcasecmp(name, "Host") == 0)
-		request->site.host = value;
-	else if (strcasecmp(name, "Origin") == 0)
-		request->site.origin = value;
-	else if (strcasecmp(name, "Sec-Fetch-Site") == 0)
-		request->site.fetch = value;
-	else if (strcasecmp(name, "X-Request-Id") == 0)
-		walk->id = value;
-	else if (strcasecmp(name, "Authorization") == 0) {
-		request->credentials.authorization = value;
-		request->credentials.authorizations++;
-	} else if (strcasecmp(name, "X-API-Key") == 0) {
-		request->credentials.api_key = value;
-		request->credentials.api_keys++;
-	} else if (strcasecmp(name, "Expect") == 0)
-		request->expects_continue = strcasecmp(value, "100-continue") == 0;
-	else if (strcasecmp(name, "Content-Length") == 0) {
-		request->has_length = true;
-		request->content_length = strtoul(value, NULL, 10);
+	for (size_t i = 0; i < HEADERS && value; i++) {
+		if (strcasecmp(name, headers[i].name) != 0)
+			continue;
+		if (headers[i].take)
+			headers[i].take(walk, value);
+		else
+			*(const char **)(void *)((char *)walk->request + headers[i].member) = value;
+		break;
 	}
 	return MHD_YES;
 }

@@ -5,6 +5,7 @@
 #include "server/api/job_routes.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/container.h"
 #include "server/config/config.h"
 #include "server/http/connections.h"
 #include "server/http/http_loop.h"
@@ -47,7 +48,7 @@ static bool withdraw_from_queue(struct gnpd_request *request)
 
 static void run_queued(struct gnpd_queued *queued)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
+	struct gnpd_request *request = GNPD_CONTAINER_OF(queued, struct gnpd_request, queued);
 	request->waited = gnp_clock() - request->submitted;
 	if (request->route->work == GNPD_ON_RUNNER)
 		gnpd_jobs_keep_company(request->server->jobs);
@@ -91,14 +92,14 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 
 static void run_polled(struct gnpd_queued *queued)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
+	struct gnpd_request *request = GNPD_CONTAINER_OF(queued, struct gnpd_request, queued);
 	run_handler(request, gnpd_job_routes_polled);
 	resume(request);
 }
 
 static void wake_poll(struct gnpd_watch *watch)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)watch - offsetof(struct gnpd_request, watch));
+	struct gnpd_request *request = GNPD_CONTAINER_OF(watch, struct gnpd_request, watch);
 	run_polled(&request->queued);
 }
 

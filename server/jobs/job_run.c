@@ -7,6 +7,7 @@
 
 #include "proto/tensor/warnings.h"
 #include "server/base/clock.h"
+#include "server/base/container.h"
 #include "server/base/metrics.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"
@@ -534,7 +535,7 @@ static bool take_place(struct gnpd_job *job)
 
 void gnpd_job_run(struct gnpd_queued *queued)
 {
-	struct gnpd_job *job = (struct gnpd_job *)((char *)queued - offsetof(struct gnpd_job, queued));
+	struct gnpd_job *job = GNPD_CONTAINER_OF(queued, struct gnpd_job, queued);
 	if (take_place(job))
 		run_job(job);
 	else
