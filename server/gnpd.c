@@ -20,7 +20,7 @@
 #include "server/base/queue.h"
 #include "server/config/config.h"
 #include "server/http/connections.h"
-#include "server/jobs/job_store.h"
+#include "server/jobs/job_store_scan.h"
 #include "server/jobs/job_watch.h"
 #include "server/jobs/jobs.h"
 #include "server/parts.h"

@@ -23,6 +23,13 @@
 
 /* ---- What the system gives ---- */
 
+static gnp_status warn_of_config(struct gnpd_daemon *daemon, struct gnp_error *error)
+{
+	(void)error;
+	gnpd_config_warn(daemon->server.engine.config, &daemon->log);
+	return GNP_OK;
+}
+
 /* Sockets that were handed over, and the socket to tell how it goes. */
 static gnp_status start_manager(struct gnpd_daemon *daemon, struct gnp_error *error)
 {
@@ -139,7 +146,7 @@ static void stop_loader(struct gnpd_daemon *daemon)
 static gnp_status start_cache(struct gnpd_daemon *daemon, struct gnp_error *error)
 {
 	struct gnpd_engine *engine = &daemon->server.engine;
-	return gnp_prepared_cache_create(engine->config->operator_cache_bytes, &engine->cache, error);
+	return gnp_prepared_cache_create(engine->config->prepared_cache_bytes, &engine->cache, error);
 }
 
 static void stop_cache(struct gnpd_daemon *daemon)
@@ -239,6 +246,7 @@ static const struct part {
 	void (*stop)(struct gnpd_daemon *daemon); /* nothing where it was not started; NULL: there is nothing to stop */
 	bool checked;                             /* --check-config starts it too */
 } parts[] = {
+	{"configuration", warn_of_config, NULL, true},
 	{"service manager", start_manager, stop_manager, false},
 	{"open files", raise_file_limit, NULL, true},
 	{"keys", start_guard, stop_guard, true},

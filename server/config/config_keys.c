@@ -45,7 +45,8 @@ static const struct field fields[] = {
 	{"max-points", COUNT, FIELD(max_points), "10000000", 1, 2147483647, "points of one request"},
 	{"queue-count", COUNT, FIELD(queue_count), "64", 1, 65536, "requests that may wait"},
 	{"queue-bytes", BYTES, FIELD(queue_bytes), "4G", 1024, 64 * TIB, "bodies, decoded bodies and estimated memory of all requests held"},
-	{"operator-cache-bytes", BYTES, FIELD(operator_cache_bytes), "2G", 0, 64 * TIB, "prepared operators kept for later right-hand sides; 0: none"},
+	{"prepared-cache-bytes", BYTES, FIELD(prepared_cache_bytes), "2G", 0, 64 * TIB,
+	 "prepared operators kept for later right-hand sides; 0: none"},
 	{"discard-bytes", BYTES, FIELD(discard_bytes), "4M", 0, TIB, "of a refused body, read before the answer"},
 	{"linger-bytes", BYTES, FIELD(linger_bytes), "1G", 0, TIB, "of a longer refused body, read after the answer"},
 	{"linger-seconds", SECONDS, FIELD(linger_seconds), "30", 0, 86400, "for that"},
@@ -80,6 +81,12 @@ static const struct field fields[] = {
 enum { FIELDS = sizeof fields / sizeof fields[0] };
 _Static_assert(sizeof fields / sizeof fields[0] <= GNPD_CONFIG_KEYS_MAX, "there are more keys than GNPD_CONFIG_KEYS_MAX");
 
+/* What keys were called in the version before: understood for one version more, with a warning. */
+static const struct {
+	const char *old, *key;
+} old_names[] = {{"operator-cache-bytes", "prepared-cache-bytes"}};
+enum { OLD_NAMES = sizeof old_names / sizeof old_names[0] };
+
 /* What a value of a CHOICE is called; NULL past the last. */
 static const char *choice_name(const struct field *field, int value)
 {
@@ -93,6 +100,9 @@ int gnpd_config_key_find(const char *key)
 	for (int i = 0; i < FIELDS; i++)
 		if (strcmp(fields[i].key, key) == 0)
 			return i;
+	for (size_t i = 0; i < OLD_NAMES; i++)
+		if (strcmp(old_names[i].old, key) == 0)
+			return gnpd_config_key_find(old_names[i].key);
 	return -1;
 }
 
@@ -200,6 +210,20 @@ static gnp_status set_choice(const struct field *field, int *target, const char 
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got \"%.80s\", need %s", field->key, text, list);
 }
 
+static void note_old_name(struct gnpd_config *config, const char *key)
+{
+	for (size_t i = 0; i < OLD_NAMES; i++)
+		if (strcmp(old_names[i].old, key) == 0)
+			config->old_key = old_names[i].old;
+}
+
+void gnpd_config_warn(const struct gnpd_config *config, struct gnpd_log *log)
+{
+	if (config->old_key)
+		gnpd_log_event(log, GNPD_LOG_WARNING, "%s: is the old name of %s, which the next version knows alone", config->old_key,
+		               fields[gnpd_config_key_find(config->old_key)].key);
+}
+
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error)
 {
 	int index = gnpd_config_key_find(key);
@@ -207,6 +231,7 @@ gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const ch
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: unknown key, gnpd --help lists them", key);
 	const struct field *field = &fields[index];
 	void *target = (char *)config + field->offset;
+	note_old_name(config, key);
 	switch (field->kind) {
 	case TEXT: return set_text(field, target, text, error);
 	case FLAG: return set_flag(field, target, text, error);
@@ -238,15 +263,22 @@ void gnpd_config_print(const struct gnpd_config *config, FILE *file)
 	}
 }
 
+static void visit_number(const struct gnpd_config *config, const struct field *field, const char *name, gnpd_config_visit visit,
+                         void *context)
+{
+	const void *value = (const char *)config + field->offset;
+	if (field->kind == SECONDS)
+		visit(context, name, *(const double *)value);
+	else if (field->kind == COUNT || field->kind == BYTES)
+		visit(context, name, (double)*(const size_t *)value);
+}
+
 void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit visit, void *context)
 {
-	for (size_t i = 0; i < FIELDS; i++) {
-		const void *value = (const char *)config + fields[i].offset;
-		if (fields[i].kind == SECONDS)
-			visit(context, fields[i].key, *(const double *)value);
-		else if (fields[i].kind == COUNT || fields[i].kind == BYTES)
-			visit(context, fields[i].key, (double)*(const size_t *)value);
-	}
+	for (size_t i = 0; i < FIELDS; i++)
+		visit_number(config, &fields[i], fields[i].key, visit, context);
+	for (size_t i = 0; i < OLD_NAMES; i++)
+		visit_number(config, &fields[gnpd_config_key_find(old_names[i].key)], old_names[i].old, visit, context);
 }
 
 void gnpd_config_help(FILE *file)

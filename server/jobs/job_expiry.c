@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "server/base/clock.h"
+#include "server/base/log.h"
 #include "server/base/metrics.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include "server/base/clock.h"
+#include "server/base/log.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/jobs/job_store_scan.h"
 #include "server/work/engine.h"
 
 static size_t file_bytes(struct gnpd_jobs *jobs, const char *id, enum gnpd_job_file file)

@@ -100,6 +100,9 @@ static void reasons_and_gauges_appear(void)
 	CHECK_CONTAINS(text, "\ngnpd_queue_bytes 4096\n");
 	CHECK_CONTAINS(text, "\ngnpd_running_requests 2\n");
 	CHECK_CONTAINS(text, "\ngnpd_workers 7\n");
+	CHECK_CONTAINS(text, "\ngnpd_prepared_cache_hits_total 3\n");
+	CHECK_CONTAINS(text, "# HELP gnpd_operator_cache_hits_total Old name of gnpd_prepared_cache_hits_total.\n");
+	CHECK_CONTAINS(text, "\ngnpd_operator_cache_hits_total 3\n");
 	CHECK_CONTAINS(text, "gnpd_build_info{version=\"" GNP_VERSION "\",build=\"abc123-dirty\"} 1\n");
 	free(text);
 }

@@ -19,6 +19,7 @@
 #include "server/config/config.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_json.h"
+#include "server/jobs/job_store_scan.h"
 #include "server/jobs/job_watch.h"
 #include "server/work/engine.h"
 #include "server/work/loader.h"
