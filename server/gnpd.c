@@ -1,4 +1,5 @@
-/* gnpd: reads its configuration, starts the parts (parts.h), waits for signals, lets what is under way come to its end and stops them. */
+/* gnpd: reads its configuration, starts the parts (parts.h), waits for signals, lets what is under way come to its
+ * end and stops them. */
 #include <errno.h>
 #include <math.h>
 #include <semaphore.h>

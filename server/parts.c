@@ -46,7 +46,8 @@ static void stop_manager(struct gnpd_daemon *daemon)
 	gnpd_notify_free(daemon->server.notify);
 }
 
-/* Files that are open beside connections: those of each thread that serves sockets, of each job that runs, and some more. */
+/* Files that are open beside connections: those of each thread that serves sockets, of each job that runs, and some
+ * more. */
 static size_t other_files(const struct gnpd_config *config)
 {
 	enum { SOME = 64, A_THREAD = 3 /* a copy of the listening socket, an epoll, an eventfd */, ADMIN_THREADS = 1 };

@@ -48,8 +48,8 @@ static gnp_status read_filter(const struct gnp_values *values, struct gnpd_job_f
 	return GNP_OK;
 }
 
-/* What asks for the jobs that come after the last one, with what was asked for now: names out of tables and a number, which need no
- * escapes. */
+/* What asks for the jobs that come after the last one, with what was asked for now: names out of tables and a
+ * number, which need no escapes. */
 static gnp_status write_next(const struct gnp_values *values, const char *last, struct gnp_buffer *body, struct gnp_error *error)
 {
 	static const char *const kept[] = {"state", "operation", "limit"};

@@ -31,8 +31,8 @@ static gnp_status choose_part(struct gnpd_request *request, const char *tag, siz
 	return GNP_OK;
 }
 
-/* What the call would have named, the synonym that was asked for among it: records hold a copy, which does not live as long as the
- * reply. */
+/* What the call would have named, the synonym that was asked for among it: records hold a copy, which does not live
+ * as long as the reply. */
 static const char *type_of(const struct gnpd_job_record *record)
 {
 	const char *type = gnp_format_media_type_spelled(record->result_type);

@@ -1,4 +1,5 @@
-/* GET /v1/jobs/{id}/result: the body of a job's answer, or a part of it, with the headers the call's own answer would have had. */
+/* GET /v1/jobs/{id}/result: the body of a job's answer, or a part of it, with the headers the call's own answer
+ * would have had. */
 #ifndef GNPD_JOB_RESULT_H
 #define GNPD_JOB_RESULT_H
 

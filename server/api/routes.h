@@ -10,8 +10,8 @@
 
 struct gnpd_codec;
 
-/* Sets request->route, model, version and label. GNP_NOT_FOUND, also where the model is unknown, or GNP_METHOD_NOT_ALLOWED, which sets
- * request->allowed. */
+/* Sets request->route, model, version and label. GNP_NOT_FOUND, also where the model is unknown, or
+ * GNP_METHOD_NOT_ALLOWED, which sets request->allowed. */
 gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *error);
 
 /* The i-th route of a listener; NULL past the last. */

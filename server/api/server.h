@@ -1,6 +1,6 @@
-/* What main, the handlers and HTTP share: the engine that computes, and what stands between it and those who ask. Only server/api,
- * server/http and gnpd.c know it; all other parts are given what they use. Filled by main before the first connection, torn down after
- * the last. */
+/* What main, the handlers and HTTP share: the engine that computes, and what stands between it and those who ask.
+ * Only server/api, server/http and gnpd.c know it; all other parts are given what they use. Filled by main before
+ * the first connection, torn down after the last. */
 #ifndef GNPD_SERVER_H
 #define GNPD_SERVER_H
 

@@ -1,4 +1,5 @@
-/* From a member back to the struct that holds it: for callbacks that are given what is embedded in what they are about. */
+/* From a member back to the struct that holds it: for callbacks that are given what is embedded in what they are
+ * about. */
 #ifndef GNPD_CONTAINER_H
 #define GNPD_CONTAINER_H
 

@@ -85,7 +85,8 @@ static bool injected(const char *key)
 	       strncmp(key, "service-", 8) == 0;
 }
 
-/* Two names of a key, of which nobody says which comes last. given: of each key, the variable that it was given by, or NULL. */
+/* Two names of a key, of which nobody says which comes last. given: of each key, the variable that it was given by,
+ * or NULL. */
 static gnp_status note_variable(const char *variable, const char *key, const char **given, struct gnp_error *error)
 {
 	const char **before = &given[gnpd_config_key_find(key)];

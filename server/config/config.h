@@ -79,15 +79,16 @@ void gnpd_config_defaults(struct gnpd_config *config);
 /* Sets one field from text. GNP_INVALID_ARGUMENT names the key, the value and the range. */
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error);
 
-/* Reads `key = value` lines; # begins a comment line. Errors name file and line, of a key given twice, by whatever name,
- * both lines. */
+/* Reads `key = value` lines; # begins a comment line. Errors name file and line, of a key given twice, by whatever
+ * name, both lines. */
 gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error);
 /* The same of an open stream, which stays the caller's; path stands for it in messages. */
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, those of the port files
- * can be written to; jobs_dir is the store's to check). *actions: a set of enum gnpd_config_action. */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory,
+ * those of the port files can be written to; jobs_dir is the store's to check). *actions: a set of enum
+ * gnpd_config_action. */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
                             unsigned *actions, struct gnp_error *error);
 

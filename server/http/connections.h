@@ -63,8 +63,8 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, cons
  * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */
 void gnpd_connection_cut(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error);
 
-/* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER. False when the connection
- * was cut before or the socket does not take all of it: then it is cut now. */
+/* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER.
+ * False when the connection was cut before or the socket does not take all of it: then it is cut now. */
 bool gnpd_connection_half_close(struct gnpd_connections *connections, struct gnpd_connection *connection, const void *data, size_t size);
 
 /* Seconds since the watching thread was last seen at work. */

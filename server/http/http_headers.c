@@ -50,7 +50,8 @@ static void take_length(struct header_walk *walk, const char *value)
 	walk->request->content_length = strtoul(value, NULL, 10);
 }
 
-/* Where the value of each header that is heeded goes: to a member of the request, or to a function that makes more of it. */
+/* Where the value of each header that is heeded goes: to a member of the request, or to a function that makes more
+ * of it. */
 static const struct {
 	const char *name;
 	size_t member; /* a const char * of the request */
@@ -182,7 +183,8 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 	size_t discard = request->server->engine.config->discard_bytes;
 	strncpy(request->method, method, sizeof request->method - 1);
 	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
-	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of the request while that changes. */
+	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of
+	 * the request while that changes. */
 	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_HEADERS, NULL);
 	gnpd_request_set_id(request, walk.id);
 	if (request->target.authority)

@@ -1,9 +1,11 @@
-/* What a job is made of, and the table of all: for the files of this folder alone. Others see a job through job_view.h and jobs.h.
+/* What a job is made of, and the table of all: for the files of this folder alone. Others see a job through
+ * job_view.h and jobs.h.
  *
- * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
- * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
- * the queue, the runner from there to its end, whoever took it out of the queue or claimed it when it was parked, and after its end the
- * holder of `disk`. Whoever holds `disk` may add the request to cancel. */
+ * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and
+ * never while the disk is waited for. A record changes on disk first and in memory then, by the one that owns the
+ * change: the submitter until the job is in the queue, the runner from there to its end, whoever took it out of the
+ * queue or claimed it when it was parked, and after its end the holder of `disk`. Whoever holds `disk` may add the
+ * request to cancel. */
 #ifndef GNPD_JOB_H
 #define GNPD_JOB_H
 

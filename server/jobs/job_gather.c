@@ -148,7 +148,8 @@ static void read_checkpoint(struct gnpd_run *run)
 	pthread_mutex_unlock(&run->jobs->lock);
 }
 
-/* Memory for a checkpoint was not asked for when the job was taken: where it does not fit beside the rest, the job begins anew. */
+/* Memory for a checkpoint was not asked for when the job was taken: where it does not fit beside the rest, the job
+ * begins anew. */
 static gnp_status take_checkpoint(struct gnpd_run *run, struct gnp_error *error)
 {
 	struct gnp_error cause = {0};

@@ -1,5 +1,6 @@
-/* What a run of a job needs before it computes: memory out of the share of jobs, the body, the checkpoint. One job gathers at a time, and
- * waits for what others hold: two that each hold a part would wait for each other. For this folder alone. */
+/* What a run of a job needs before it computes: memory out of the share of jobs, the body, the checkpoint. One job
+ * gathers at a time, and waits for what others hold: two that each hold a part would wait for each other. For this
+ * folder alone. */
 #ifndef GNPD_JOB_GATHER_H
 #define GNPD_JOB_GATHER_H
 

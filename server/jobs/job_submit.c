@@ -1,4 +1,5 @@
-/* Submitting: a checked call becomes a job on disk and in the queue, unless one with its key is there or there is no room. */
+/* Submitting: a checked call becomes a job on disk and in the queue, unless one with its key is there or there is no
+ * room. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-/* What others may know of a job: a reference to it, how it looks at this moment, and what is asked and told of jobs. What a job is made of
- * (job.h) stays in this folder. */
+/* What others may know of a job: a reference to it, how it looks at this moment, and what is asked and told of jobs.
+ * What a job is made of (job.h) stays in this folder. */
 #ifndef GNPD_JOB_VIEW_H
 #define GNPD_JOB_VIEW_H
 

@@ -13,8 +13,8 @@ struct gnpd_job;
 struct gnpd_jobs;
 struct gnpd_watchers;
 
-/* Opens the store and takes up what it holds; runs nothing yet. The engine must be complete; watchers are told of every change and may be
- * NULL. */
+/* Opens the store and takes up what it holds; runs nothing yet. The engine must be complete; watchers are told of
+ * every change and may be NULL. */
 gnp_status gnpd_jobs_create(const struct gnpd_engine *engine, struct gnpd_watchers *watchers, struct gnpd_jobs **out,
                             struct gnp_error *error);
 /* Begins to run them. */

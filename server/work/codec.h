@@ -1,4 +1,5 @@
-/* How work is encoded: what makes a call of a body, and a body of its answer. One for each way to ask (codec_file, codec_oip). */
+/* How work is encoded: what makes a call of a body, and a body of its answer. One for each way to ask (codec_file,
+ * codec_oip). */
 #ifndef GNPD_CODEC_H
 #define GNPD_CODEC_H
 

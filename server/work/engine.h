@@ -1,5 +1,5 @@
-/* What a computation needs, whoever asked for it: a request, a job or a test. Filled by whoever starts the parts (main), which are all
- * borrowed here; it outlives all work. */
+/* What a computation needs, whoever asked for it: a request, a job or a test. Filled by whoever starts the parts
+ * (main), which are all borrowed here; it outlives all work. */
 #ifndef GNPD_ENGINE_H
 #define GNPD_ENGINE_H
 

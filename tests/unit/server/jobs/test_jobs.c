@@ -135,7 +135,8 @@ static size_t lines_of(int fd)
 	return count;
 }
 
-/* The thread of job_expiry tried the first of them for ever, as fast as it could, with a line in the log each time, and never saw that it was to stop. */
+/* The thread of job_expiry tried the first of them for ever, as fast as it could, with a line in the log each time,
+ * and never saw that it was to stop. */
 static void what_cannot_be_let_go_holds_nothing_up(void)
 {
 	static const char *const suffixes[] = {".job", ".result"};
