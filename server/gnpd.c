@@ -172,8 +172,8 @@ static void drain(struct gnpd_daemon *daemon)
 static void leave_without(struct gnpd_daemon *daemon, size_t requests, size_t jobs)
 {
 	gnpd_log_event(&daemon->log, GNPD_LOG_ERROR,
-	               "%zu requests and %zu jobs did not end within %.15g s of being told to: leaving without them", requests, jobs,
-	               end_seconds(daemon->server.engine.config));
+	               "%zu requests and %zu jobs did not end within %.15g s of being told to: leaving without them",
+	               requests, jobs, end_seconds(daemon->server.engine.config));
 	_exit(EXIT_FAILURE);
 }
 
@@ -203,7 +203,8 @@ static void end_work(struct gnpd_daemon *daemon)
 static void serve(struct gnpd_daemon *daemon)
 {
 	struct gnpd_server *server = &daemon->server;
-	gnpd_log_event(&daemon->log, GNPD_LOG_INFO, "gnpd %s ready with %u workers", version, gnp_pool_workers(server->engine.pool));
+	gnpd_log_event(&daemon->log, GNPD_LOG_INFO, "gnpd %s ready with %u workers", version,
+	               gnp_pool_workers(server->engine.pool));
 	gnpd_notify_ready(server->notify);
 	wait_signal(daemon, -1);
 	give_notice(daemon);

@@ -34,11 +34,12 @@ static gnp_status warn_of_config(struct gnpd_daemon *daemon, struct gnp_error *e
 static gnp_status start_manager(struct gnpd_daemon *daemon, struct gnp_error *error)
 {
 	enum { FIRST = 3 };
-	gnp_status status = gnpd_inherit(getenv("LISTEN_PID"), getenv("LISTEN_FDS"), getenv("LISTEN_FDNAMES"), FIRST, &daemon->inherited,
-	                                 error);
+	gnp_status status = gnpd_inherit(getenv("LISTEN_PID"), getenv("LISTEN_FDS"), getenv("LISTEN_FDNAMES"), FIRST,
+	                                 &daemon->inherited, error);
 	if (status != GNP_OK)
 		return status;
-	return gnpd_notify_create(getenv("NOTIFY_SOCKET"), getenv("WATCHDOG_USEC"), getenv("WATCHDOG_PID"), &daemon->server.notify, error);
+	return gnpd_notify_create(getenv("NOTIFY_SOCKET"), getenv("WATCHDOG_USEC"), getenv("WATCHDOG_PID"),
+	                          &daemon->server.notify, error);
 }
 
 static void stop_manager(struct gnpd_daemon *daemon)
@@ -59,12 +60,14 @@ static gnp_status raise_file_limit(struct gnpd_daemon *daemon, struct gnp_error 
 	const struct gnpd_config *config = daemon->server.engine.config;
 	struct rlimit limit;
 	size_t connections = config->max_connections + config->admin_connections, others = other_files(config);
-	rlim_t need = connections + others, better = 2 * connections + others; /* results of jobs are sent from their files */
+	rlim_t need = connections + others;
+	rlim_t better = 2 * connections + others; /* results of jobs are sent from their files */
 	if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= better)
 		return GNP_OK;
 	if (limit.rlim_max != RLIM_INFINITY && limit.rlim_max < need)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "open files: the process may have %llu (ulimit -n), need %llu: %zu for "
-		                     "connections (max-connections, admin-connections), %zu for others (http-threads, job-runners)",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "open files: the process may have %llu (ulimit -n), need %llu: %zu for connections "
+		                     "(max-connections, admin-connections), %zu for others (http-threads, job-runners)",
 		                     (unsigned long long)limit.rlim_max, (unsigned long long)need, connections, others);
 	limit.rlim_cur = limit.rlim_max == RLIM_INFINITY || limit.rlim_max > better ? better : limit.rlim_max;
 	if (setrlimit(RLIMIT_NOFILE, &limit) != 0)
@@ -198,7 +201,8 @@ static void close_jobs(struct gnpd_daemon *daemon)
 static gnp_status start_disk_queue(struct gnpd_daemon *daemon, struct gnp_error *error)
 {
 	enum { DISK_THREADS = 2 };
-	return gnpd_queue_create(DISK_THREADS, daemon->server.engine.config->max_connections, 1, &daemon->server.disk_queue, error);
+	return gnpd_queue_create(DISK_THREADS, daemon->server.engine.config->max_connections, 1, &daemon->server.disk_queue,
+	                         error);
 }
 
 static void stop_disk_queue(struct gnpd_daemon *daemon)
@@ -268,7 +272,8 @@ static const struct part {
 };
 enum { PARTS = sizeof parts / sizeof parts[0] };
 
-void gnpd_parts_init(struct gnpd_daemon *daemon, const struct gnpd_config *config, enum gnpd_log_format format, enum gnpd_log_level level)
+void gnpd_parts_init(struct gnpd_daemon *daemon, const struct gnpd_config *config, enum gnpd_log_format format,
+                     enum gnpd_log_level level)
 {
 	memset(daemon, 0, sizeof *daemon);
 	gnpd_log_init(&daemon->log, format, level, STDERR_FILENO);

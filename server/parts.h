@@ -25,7 +25,8 @@ struct gnpd_daemon {
 };
 
 /* The log writes to standard error from then on; no part has started. */
-void gnpd_parts_init(struct gnpd_daemon *daemon, const struct gnpd_config *config, enum gnpd_log_format format, enum gnpd_log_level level);
+void gnpd_parts_init(struct gnpd_daemon *daemon, const struct gnpd_config *config, enum gnpd_log_format format,
+                     enum gnpd_log_level level);
 
 /* Starts the parts; check: only those that --check-config tries. On failure those that had started are stopped. */
 gnp_status gnpd_parts_start(struct gnpd_daemon *daemon, bool check, struct gnp_error *error);

@@ -63,7 +63,8 @@ gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_err
 		status = read_level(&values, &level, error);
 	if (status == GNP_OK) {
 		atomic_store(&request->server->engine.log->level, (int)level);
-		gnpd_log_event(request->server->engine.log, GNPD_LOG_WARNING, "log-level: %s from now on", gnpd_log_level_name(level));
+		gnpd_log_event(request->server->engine.log, GNPD_LOG_WARNING, "log-level: %s from now on",
+		               gnpd_log_level_name(level));
 		status = answer_level(request, error);
 	}
 	gnp_values_clear(&values);

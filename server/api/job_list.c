@@ -38,7 +38,8 @@ static gnp_status read_filter(const struct gnp_values *values, struct gnpd_job_f
 	filter->state = -1;
 	if (name && !gnpd_job_state_find(name, &state))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "state: got \"%.60s\", known: queued, running, succeeded, failed, cancelled, expired", name);
+		                     "state: got \"%.60s\", known: queued, running, succeeded, failed, cancelled, expired",
+		                     name);
 	if (name)
 		filter->state = (int)state;
 	if (filter->operation && !gnp_operation_find(filter->operation))
@@ -50,7 +51,8 @@ static gnp_status read_filter(const struct gnp_values *values, struct gnpd_job_f
 
 /* What asks for the jobs that come after the last one, with what was asked for now: names out of tables and a
  * number, which need no escapes. */
-static gnp_status write_next(const struct gnp_values *values, const char *last, struct gnp_buffer *body, struct gnp_error *error)
+static gnp_status write_next(const struct gnp_values *values, const char *last, struct gnp_buffer *body,
+                             struct gnp_error *error)
 {
 	static const char *const kept[] = {"state", "operation", "limit"};
 	gnp_status status = gnp_buffer_printf(body, error, "/v1/jobs?");
@@ -62,8 +64,8 @@ static gnp_status write_next(const struct gnp_values *values, const char *last, 
 	return status == GNP_OK ? gnp_buffer_printf(body, error, "after=%s", last) : status;
 }
 
-static gnp_status write_list(struct gnpd_request *request, const struct gnp_values *values, struct gnpd_job **found, size_t count,
-                             bool more, struct gnp_error *error)
+static gnp_status write_list(struct gnpd_request *request, const struct gnp_values *values, struct gnpd_job **found,
+                             size_t count, bool more, struct gnp_error *error)
 {
 	struct gnp_buffer *body = &request->reply.body;
 	struct gnpd_job_view view = {0};

@@ -42,7 +42,8 @@ static const char *type_of(const struct gnpd_job_record *record)
 /* The headers that the call's own answer would have had. */
 static gnp_status add_report(struct gnpd_reply *reply, const struct gnpd_job_record *record, struct gnp_error *error)
 {
-	const char *warnings = record->result_warnings ? record->result_warnings : "", *parameters = record->result_parameters;
+	const char *warnings = record->result_warnings ? record->result_warnings : "";
+	const char *parameters = record->result_parameters;
 	gnpd_reply_add(reply, "X-Gnpd-Warnings", "%zu", gnp_warnings_joined_count(warnings));
 	return parameters ? gnp_buffer_append(&reply->parameters, parameters, strlen(parameters) + 1, error) : GNP_OK;
 }

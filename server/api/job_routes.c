@@ -59,7 +59,8 @@ gnp_status gnpd_job_routes_post(struct gnpd_request *request, struct gnp_error *
 		status = gnpd_work_check(&request->work, error);
 	gnp_task_stage(&request->work.task, GNP_STAGE_DONE, 0);
 	if (status == GNP_OK)
-		status = gnpd_jobs_submit(request->server->jobs, &request->work, request->principal, request->idempotency_key, &job, &existing, error);
+		status = gnpd_jobs_submit(request->server->jobs, &request->work, request->principal, request->idempotency_key,
+		                          &job, &existing, error);
 	if (status != GNP_OK)
 		return status;
 	struct gnpd_job_view view;

@@ -33,7 +33,8 @@ static void report(struct gnpd_server *server, enum gnpd_reloaded what, atomic_u
 {
 	atomic_fetch_add(&counts[fault->status == GNP_OK ? GNPD_RELOAD_OK : GNPD_RELOAD_FAILED], 1);
 	if (fault->status != GNP_OK)
-		gnpd_log_event(server->engine.log, GNPD_LOG_ERROR, "reload: %s: what is in use stays: %s", gnpd_reloaded_name(what), fault->text);
+		gnpd_log_event(server->engine.log, GNPD_LOG_ERROR, "reload: %s: what is in use stays: %s",
+		               gnpd_reloaded_name(what), fault->text);
 }
 
 static void reload(struct gnpd_server *server, struct gnp_error faults[GNPD_RELOADED])
@@ -42,7 +43,8 @@ static void reload(struct gnpd_server *server, struct gnp_error faults[GNPD_RELO
 	struct gnp_error *keys = &faults[GNPD_RELOADED_KEYS], *certificate = &faults[GNPD_RELOADED_CERTIFICATE];
 	if (gnpd_guard_on(server->guard)) {
 		if (gnpd_guard_reload(server->guard, keys) == GNP_OK)
-			gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "reload: %zu names with keys", gnpd_guard_count(server->guard));
+			gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "reload: %zu names with keys",
+			               gnpd_guard_count(server->guard));
 		report(server, GNPD_RELOADED_KEYS, metrics->key_reloads, keys);
 	}
 	if (server->tls) {

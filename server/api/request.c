@@ -72,7 +72,8 @@ static gnp_status unknown_parameter(const char *name, const char *const *known, 
 	gnp_names_begin(&list, name, strlen(name));
 	for (size_t k = 0; known[k]; k++)
 		gnp_names_add(&list, known[k]);
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name, gnp_names_end(&list));
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name,
+	                     gnp_names_end(&list));
 }
 
 gnp_status gnpd_request_query(const struct gnpd_request *request, const char *const *known, struct gnp_values *values,
@@ -119,8 +120,8 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 	request->reply.code = gnp_status_http(status);
 	request->reply.content_type = "application/json";
 	if (gnpd_reply_retries(status))
-		gnpd_reply_header(request, "Retry-After", "%.0f",
-		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->engine.config->retry_after_seconds);
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->retry_after > 0 ? ceil(request->retry_after)
+		                                                  : request->server->engine.config->retry_after_seconds);
 	if (status == GNP_UNAUTHORIZED)
 		gnpd_reply_header(request, "WWW-Authenticate", "Bearer");
 	if (status == GNP_METHOD_NOT_ALLOWED)

@@ -194,6 +194,7 @@ gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *err
 	}
 	list_allowed(request, request->allowed, sizeof request->allowed);
 	if (path_known)
-		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method, request->allowed);
+		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method,
+		                     request->allowed);
 	return gnp_error_set(error, GNP_NOT_FOUND, "path: there is no \"%.100s\"", request->target.path);
 }

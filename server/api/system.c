@@ -63,7 +63,8 @@ gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *e
 	struct gnp_buffer *body = &request->reply.body;
 	request->reply.code = 200;
 	request->reply.content_type = "text/plain; version=0.0.4; charset=utf-8";
-	gnp_status status = gnpd_metrics_write(server->engine.metrics, &state, &cache, gnp_pool_workers(server->engine.pool), body, error);
+	gnp_status status = gnpd_metrics_write(server->engine.metrics, &state, &cache,
+	                                       gnp_pool_workers(server->engine.pool), body, error);
 	if (status == GNP_OK)
 		status = gnpd_guard_write(server->guard, body, error);
 	if (status == GNP_OK)
@@ -88,7 +89,8 @@ gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *e
 {
 	const struct gnp_buffer *document = &request->server->openapi;
 	request->reply.code = 200;
-	bool browser = request->work.accept && strstr(request->work.accept, "text/html"); /* would save application/yaml instead of showing it */
+	/* A browser would save application/yaml instead of showing it. */
+	bool browser = request->work.accept && strstr(request->work.accept, "text/html");
 	request->reply.content_type = browser ? "text/plain; charset=utf-8" : "application/yaml";
 	gnpd_reply_header(request, "Vary", "Accept");
 	return gnp_buffer_append(&request->reply.body, document->data, document->size, error);

@@ -12,8 +12,8 @@
 enum { LINE = 3584, SENT = 200, MESSAGE = 512 };
 
 static const char *const formats[] = {[GNPD_LOG_TEXT] = "text", [GNPD_LOG_JSON] = "json"};
-static const char *const levels[] = {[GNPD_LOG_ERROR] = "error", [GNPD_LOG_WARNING] = "warning", [GNPD_LOG_INFO] = "info",
-                                     [GNPD_LOG_DEBUG] = "debug"};
+static const char *const levels[] = {[GNPD_LOG_ERROR] = "error", [GNPD_LOG_WARNING] = "warning",
+                                     [GNPD_LOG_INFO] = "info", [GNPD_LOG_DEBUG] = "debug"};
 enum { FORMATS = sizeof formats / sizeof formats[0], LEVELS = sizeof levels / sizeof levels[0] };
 
 const char *gnpd_log_format_name(enum gnpd_log_format format)

@@ -72,7 +72,9 @@ struct gnpd_config {
 };
 
 /* What the flags ask for, a set. */
-enum gnpd_config_action { GNPD_CONFIG_RUN = 0, GNPD_CONFIG_HELP = 1, GNPD_CONFIG_VERSION = 2, GNPD_CONFIG_CHECK = 4, GNPD_CONFIG_PRINT = 8 };
+enum gnpd_config_action {
+	GNPD_CONFIG_RUN = 0, GNPD_CONFIG_HELP = 1, GNPD_CONFIG_VERSION = 2, GNPD_CONFIG_CHECK = 4, GNPD_CONFIG_PRINT = 8
+};
 
 void gnpd_config_defaults(struct gnpd_config *config);
 

@@ -25,11 +25,14 @@ struct field {
 static const struct field fields[] = {
 	{"listen", TEXT, FIELD(listen), "127.0.0.1:8080", 0, 0, "address and port; port 0 takes a free one"},
 	{"port-file", TEXT, FIELD(port_file), "", 0, 0, "file that receives the port once requests are answered"},
-	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0, "directory of the weights; none: ../share/gnpd/weights beside the program, else ./weights, where those have any"},
+	{"weights-dir", TEXT, FIELD(weights_dir), "", 0, 0,
+	 "directory of the weights; none: ../share/gnpd/weights beside the program, else ./weights, where those have any"},
 	{"insecure", FLAG, FIELD(insecure), "false", 0, 0, "allow an address other than loopback without keys"},
 	{"keys-file", TEXT, FIELD(keys_file), "", 0, 0, "file of keys, a line each; none: nobody is asked for a key"},
-	{"allowed-hosts", TEXT, FIELD(allowed_hosts), "", 0, 0, "names clients call this server by, separated by commas; none: localhost and addresses"},
-	{"tls-certificate", TEXT, FIELD(tls_certificate), "", 0, 0, "PEM file of the certificate and those between it and its authority; none: no TLS"},
+	{"allowed-hosts", TEXT, FIELD(allowed_hosts), "", 0, 0,
+	 "names clients call this server by, separated by commas; none: localhost and addresses"},
+	{"tls-certificate", TEXT, FIELD(tls_certificate), "", 0, 0,
+	 "PEM file of the certificate and those between it and its authority; none: no TLS"},
 	{"tls-key", TEXT, FIELD(tls_key), "", 0, 0, "PEM file of its private key"},
 	{"admin-listen", TEXT, FIELD(admin_listen), "", 0, 0, "address and port of the admin listener; none: there is none"},
 	{"admin-port-file", TEXT, FIELD(admin_port_file), "", 0, 0, "file that receives its port"},
@@ -41,7 +44,8 @@ static const struct field fields[] = {
 	{"max-connections-per-address", COUNT, FIELD(max_connections_per_address), "0", 0, 65536, "of these from one address; 0: any number"},
 	{"max-body-bytes", BYTES, FIELD(max_body_bytes), "512M", 1, TIB, "one request's body as it is sent"},
 	{"max-decoded-bytes", BYTES, FIELD(max_decoded_bytes), "0", 0, TIB, "the same after decompression; 0: as max-body-bytes"},
-	{"request-memory-bytes", BYTES, FIELD(request_memory_bytes), "4G", 1024, 64 * TIB, "body, decoded body and estimated memory of one request"},
+	{"request-memory-bytes", BYTES, FIELD(request_memory_bytes), "4G", 1024, 64 * TIB,
+	 "body, decoded body and estimated memory of one request"},
 	{"max-points", COUNT, FIELD(max_points), "10000000", 1, 2147483647, "points of one request"},
 	{"queue-count", COUNT, FIELD(queue_count), "64", 1, 65536, "requests that may wait"},
 	{"queue-bytes", BYTES, FIELD(queue_bytes), "4G", 1024, 64 * TIB, "bodies, decoded bodies and estimated memory of all requests held"},
@@ -58,22 +62,26 @@ static const struct field fields[] = {
 	{"reply-seconds", SECONDS, FIELD(reply_seconds), "300", 0.1, 86400, "for the client to take the answer"},
 	{"idle-seconds", SECONDS, FIELD(idle_seconds), "75", 0.1, 86400, "between requests of a connection"},
 	{"work-seconds", SECONDS, FIELD(work_seconds), "300", 0.01, 86400, "from the end of the body to the answer"},
-	{"drain-notice-seconds", SECONDS, FIELD(drain_notice_seconds), "0", 0, 86400, "between not being ready and taking no more work, after SIGTERM"},
+	{"drain-notice-seconds", SECONDS, FIELD(drain_notice_seconds), "0", 0, 86400,
+	 "between not being ready and taking no more work, after SIGTERM"},
 	{"drain-seconds", SECONDS, FIELD(drain_seconds), "30", 0, 86400, "for running work after SIGTERM"},
 	{"retry-after-seconds", SECONDS, FIELD(retry_after_seconds), "1", 1, 86400, "what a 503 tells the client"},
 	{"jobs-dir", TEXT, FIELD(jobs_dir), "", 0, 0, "directory jobs are kept in; none: a temporary one, and they end with the process"},
 	{"job-runners", COUNT, FIELD(job_runners), "2", 1, 1024, "jobs computed at once"},
 	{"jobs-count", COUNT, FIELD(jobs_count), "1000", 1, 1000000, "jobs kept, those that are over among them"},
 	{"jobs-bytes", BYTES, FIELD(jobs_bytes), "16G", 1024, 1024 * TIB, "bodies, checkpoints and results of all jobs kept"},
-	{"jobs-memory-bytes", BYTES, FIELD(jobs_memory_bytes), "0", 0, 64 * TIB, "of queue-bytes, what jobs that run may hold; 0: three quarters"},
+	{"jobs-memory-bytes", BYTES, FIELD(jobs_memory_bytes), "0", 0, 64 * TIB,
+	 "of queue-bytes, what jobs that run may hold; 0: three quarters"},
 	{"jobs-queue-count", COUNT, FIELD(jobs_queue_count), "200", 1, 1000000, "jobs that may wait"},
 	{"jobs-watch-count", COUNT, FIELD(jobs_watch_count), "400", 1, 65536, "requests that may wait for a job to change"},
 	{"jobs-attempts", COUNT, FIELD(jobs_attempts), "2", 1, 1000, "deaths of the process while a job runs, after which the job has failed"},
 	{"jobs-seconds", SECONDS, FIELD(jobs_seconds), "86400", 0.01, 31536000, "for a run of a job"},
-	{"jobs-ttl-seconds", SECONDS, FIELD(jobs_ttl_seconds), "86400", 0.01, 315360000, "before a job that is over expires, and again before it is forgotten"},
+	{"jobs-ttl-seconds", SECONDS, FIELD(jobs_ttl_seconds), "86400", 0.01, 315360000,
+	 "before a job that is over expires, and again before it is forgotten"},
 	{"jobs-wait-seconds", SECONDS, FIELD(jobs_wait_seconds), "60", 0, 3600, "most of ?wait="},
 	{"jobs-heartbeat-seconds", SECONDS, FIELD(jobs_heartbeat_seconds), "5", 0.1, 3600, "between signs of life in a stream of events"},
-	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400, "least between two checkpoints of a job; 0: one after every step"},
+	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400,
+	 "least between two checkpoints of a job; 0: one after every step"},
 	{"log-format", CHOICE, FIELD(log_format), "text", 0, 0, "text or json"},
 	{"log-level", CHOICE, FIELD(log_level), "info", 0, 0, "error, warning, info or debug: what is no less grave is logged"},
 	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
@@ -194,7 +202,8 @@ static void list_choices(const struct field *field, char *text, size_t capacity)
 	const char *name;
 	text[0] = '\0';
 	for (int i = 0; (name = choice_name(field, i)) != NULL && size < capacity; i++)
-		size += (size_t)snprintf(text + size, capacity - size, "%s%s", i == 0 ? "" : choice_name(field, i + 1) ? ", " : " or ", name);
+		size += (size_t)snprintf(text + size, capacity - size, "%s%s",
+		                         i == 0 ? "" : choice_name(field, i + 1) ? ", " : " or ", name);
 }
 
 static gnp_status set_choice(const struct field *field, int *target, const char *text, struct gnp_error *error)
@@ -220,8 +229,8 @@ static void note_old_name(struct gnpd_config *config, const char *key)
 void gnpd_config_warn(const struct gnpd_config *config, struct gnpd_log *log)
 {
 	if (config->old_key)
-		gnpd_log_event(log, GNPD_LOG_WARNING, "%s: is the old name of %s, which the next version knows alone", config->old_key,
-		               fields[gnpd_config_key_find(config->old_key)].key);
+		gnpd_log_event(log, GNPD_LOG_WARNING, "%s: is the old name of %s, which the next version knows alone",
+		               config->old_key, fields[gnpd_config_key_find(config->old_key)].key);
 }
 
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error)
@@ -263,8 +272,8 @@ void gnpd_config_print(const struct gnpd_config *config, FILE *file)
 	}
 }
 
-static void visit_number(const struct gnpd_config *config, const struct field *field, const char *name, gnpd_config_visit visit,
-                         void *context)
+static void visit_number(const struct gnpd_config *config, const struct field *field, const char *name,
+                         gnpd_config_visit visit, void *context)
 {
 	const void *value = (const char *)config + field->offset;
 	if (field->kind == SECONDS)

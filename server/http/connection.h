@@ -36,7 +36,8 @@ struct gnpd_connections {
 };
 
 /* Lock held. gnpd_connection_cut. */
-void gnpd_connection_cut_locked(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error);
+void gnpd_connection_cut_locked(struct gnpd_connections *connections, struct gnpd_connection *connection,
+                                const struct gnp_error *error);
 
 /* connection_watch.c: what the thread does until the connections are stopping. */
 void *gnpd_connection_watch(void *connections);

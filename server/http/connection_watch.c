@@ -18,32 +18,39 @@ static gnp_status check_deadline(const struct gnpd_config *config, const struct 
 	switch (connection->phase) {
 	case GNPD_PHASE_IDLE:
 		if (spent > (connection->used ? config->idle_seconds : config->header_seconds))
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "connection: no request in %.3g s (%s)", spent, connection->used ? "idle-seconds" : "header-seconds");
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "connection: no request in %.3g s (%s)", spent,
+			                     connection->used ? "idle-seconds" : "header-seconds");
 		break;
 	case GNPD_PHASE_HEADERS:
 		if (spent > config->header_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "headers: incomplete after %.3g s, need them in %.3g s (header-seconds)", spent,
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT,
+			                     "headers: incomplete after %.3g s, need them in %.3g s (header-seconds)", spent,
 			                     config->header_seconds);
 		break;
 	case GNPD_PHASE_BODY:
 		if (spent > config->body_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: incomplete after %.3g s, need it in %.3g s (body-seconds)", spent,
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT,
+			                     "body: incomplete after %.3g s, need it in %.3g s (body-seconds)", spent,
 			                     config->body_seconds);
 		if ((double)connection->received < rated)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: got %zu bytes in %.3g s, need %zu bytes/s (min-body-rate)",
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT,
+			                     "body: got %zu bytes in %.3g s, need %zu bytes/s (min-body-rate)",
 			                     connection->received, spent, config->min_body_rate);
 		break;
 	case GNPD_PHASE_REPLY:
 		if (spent > config->reply_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s (reply-seconds)", config->reply_seconds);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "reply: not taken in %.3g s (reply-seconds)",
+			                     config->reply_seconds);
 		break;
 	case GNPD_PHASE_STREAM:
 		if (spent > config->reply_seconds + config->jobs_heartbeat_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s (reply-seconds)", config->reply_seconds);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "events: not taken in %.3g s (reply-seconds)",
+			                     config->reply_seconds);
 		break;
 	case GNPD_PHASE_LINGER:
 		if (spent > config->linger_seconds)
-			return gnp_error_set(error, GNP_CLIENT_TIMEOUT, "body: still comes %.3g s after its answer (linger-seconds)", spent);
+			return gnp_error_set(error, GNP_CLIENT_TIMEOUT,
+			                     "body: still comes %.3g s after its answer (linger-seconds)", spent);
 		break;
 	case GNPD_PHASE_WORK: break;
 	}

@@ -139,7 +139,8 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, cons
 	return reason;
 }
 
-void gnpd_connection_cut_locked(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error)
+void gnpd_connection_cut_locked(struct gnpd_connections *connections, struct gnpd_connection *connection,
+                                const struct gnp_error *error)
 {
 	if (connection->cut != GNP_OK)
 		return;
@@ -180,7 +181,8 @@ static void release(struct gnpd_connections *connections)
 	free(connections);
 }
 
-gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out, struct gnp_error *error)
+gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out,
+                                   struct gnp_error *error)
 {
 	struct gnpd_connections *connections = calloc(1, sizeof *connections);
 	if (!connections)
@@ -192,7 +194,8 @@ gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd
 	connections->capacity = engine->config->max_connections + engine->config->admin_connections;
 	connections->polls = calloc(connections->capacity, sizeof *connections->polls);
 	connections->probed = calloc(connections->capacity, sizeof *connections->probed);
-	if (!connections->polls || !connections->probed || pthread_create(&connections->thread, NULL, gnpd_connection_watch, connections) != 0) {
+	if (!connections->polls || !connections->probed ||
+	    pthread_create(&connections->thread, NULL, gnpd_connection_watch, connections) != 0) {
 		release(connections);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "connections: cannot start");
 	}

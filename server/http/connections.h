@@ -29,14 +29,15 @@ enum gnpd_phase {
 };
 
 /* Of the engine configuration and metrics are used. */
-gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out, struct gnp_error *error);
+gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out,
+                                   struct gnp_error *error);
 /* Joins the thread. No connection may be open any more. NULL is allowed. */
 void gnpd_connections_free(struct gnpd_connections *connections);
 
 /* What kind of connection it is. */
 struct gnpd_origin {
 	char remote[64];      /* the client's address; "" for a local socket */
-	struct gnpd_tls *tls; /* the certificates its session begins with: then only the HTTP library may write to it; NULL: there is none */
+	struct gnpd_tls *tls; /* what its session begins with: only the HTTP library may write to it; NULL: it is no TLS */
 	bool admin;           /* of the admin listener: max-connections-per-address is not about it */
 };
 

@@ -82,7 +82,8 @@ static void on_completed(void *context, struct MHD_Connection *http, void **requ
 static void refuse_query(struct gnpd_request *request)
 {
 	struct gnp_error error = {0};
-	gnp_error_set(&error, GNP_INVALID_ARGUMENT, "query: got %zu parameters, need at most %d", gnpd_query_count(request->target.query), GNPD_QUERY_MAX);
+	gnp_error_set(&error, GNP_INVALID_ARGUMENT, "query: got %zu parameters, need at most %d",
+	              gnpd_query_count(request->target.query), GNPD_QUERY_MAX);
 	gnpd_reply_error(request, &error);
 	request->step = GNPD_STEP_SENT;
 	gnpd_http_cut(request, &error);

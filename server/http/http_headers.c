@@ -149,7 +149,8 @@ static gnp_status check_body(struct gnpd_request *request, struct gnp_error *err
 		return status;
 	status = gnpd_queue_check(gnpd_http_queue(request), error);
 	if (status != GNP_OK)
-		gnpd_metrics_reject(server->engine.metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+		gnpd_metrics_reject(server->engine.metrics,
+		                    status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	return status;
 }
 

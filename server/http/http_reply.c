@@ -89,7 +89,8 @@ static void log_request(const struct gnpd_request *request, double seconds)
 {
 	const struct gnpd_access access = {
 		.id = request->id, .remote = gnpd_connection_remote(request->connection), .method = request->method,
-		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status), .status = request->reply.code,
+		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status),
+		.status = request->reply.code,
 		.bytes_in = request->received, .bytes_out = gnpd_reply_size(&request->reply), .points = request->work.call.points,
 		.seconds = seconds, .waited = request->waited};
 	gnpd_log_access(request->server->engine.log, &access);

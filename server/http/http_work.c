@@ -78,13 +78,15 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 		work->operation = gnp_operation_find(request->model);
 	work->codec = gnpd_routes_codec(request->route);
 	gnp_task_init(&work->task);
-	gnpd_work_begin(work, server->engine.config->work_seconds, "work-seconds", work->codec == &gnpd_codec_file ? request->target.query : NULL);
+	gnpd_work_begin(work, server->engine.config->work_seconds, "work-seconds",
+	                work->codec == &gnpd_codec_file ? request->target.query : NULL);
 	work->query = request->target.query;
 	suspend(request);
 	gnp_status status = gnpd_queue_submit(gnpd_http_queue(request), &request->queued, &error);
 	if (status == GNP_OK)
 		return MHD_YES;
-	gnpd_metrics_reject(server->engine.metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	gnpd_metrics_reject(server->engine.metrics,
+	                    status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	gnpd_reply_error(request, &error);
 	resume(request);
 	return MHD_YES;

@@ -61,7 +61,8 @@ static bool is_named(const struct gnpd_server *server, const struct listener *li
 static void warn_of_pages(struct gnpd_server *server, const struct listener *listener)
 {
 	if (!listener->loopback && !server->engine.config->keys_file[0] && !is_named(server, listener))
-		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING, "%s: is open without keys under any name: a page whose name resolves to it uses it through "
+		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING,
+		               "%s: is open without keys under any name: a page whose name resolves to it uses it through "
 		               "its visitors' browsers (allowed-hosts names those it has)", listener->key);
 }
 
@@ -81,7 +82,8 @@ static gnp_status check_socket(struct gnpd_server *server, struct listener *list
 	if (!listener->loopback)
 		status = gnpd_config_allows(server->engine.config, listener->key, text, error);
 	if (status == GNP_OK && !listener->loopback && !server->tls)
-		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING, "%s: %s can be reached from other machines without TLS: keys and data are sent in "
+		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING,
+		               "%s: %s can be reached from other machines without TLS: keys and data are sent in "
 		               "the clear (tls-certificate)", listener->key, text);
 	if (status == GNP_OK)
 		warn_of_pages(server, listener);
@@ -97,7 +99,8 @@ static gnp_status start(struct gnpd_server *server, struct listener *listener, s
 	if (status != GNP_OK)
 		listener->fd = -1;
 	else
-		gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "%s: port %u%s", listener->key, listener->port, tls ? ", TLS" : "");
+		gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "%s: port %u%s", listener->key, listener->port,
+		               tls ? ", TLS" : "");
 	return status;
 }
 

@@ -19,7 +19,8 @@
 struct gnpd_job {
 	struct gnpd_queued queued;
 	struct gnpd_jobs *jobs;
-	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change; those of the answer are set once, with its end */
+	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change; those of the
+	                                  answer are set once, with its end */
 	size_t references;
 	size_t bytes[GNPD_JOB_FILES];  /* of its files but the record, as the quota counts them */
 	bool arriving;                 /* not yet on disk: nobody may know of it */

@@ -90,8 +90,9 @@ gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_
 	pthread_mutex_lock(&jobs->lock);
 	size_t before = job->bytes[file], others = jobs->bytes - before;
 	if (bytes > before && (others > most || bytes > most - others)) {
-		status = gnp_error_set(error, GNP_NO_SPACE, "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held (jobs-bytes)",
-		                       others, bytes, most);
+		status = gnp_error_set(error, GNP_NO_SPACE,
+		                       "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held "
+		                       "(jobs-bytes)", others, bytes, most);
 		jobs->counts.refused_bytes++;
 	} else if (!job->removed) {
 		jobs->bytes = others + bytes;

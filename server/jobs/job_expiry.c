@@ -92,7 +92,8 @@ static gnp_status expire(struct gnpd_job *job, struct gnp_error *error)
 	next.state = GNPD_JOB_EXPIRED;
 	gnp_status status = write_expired(job, &next, &cause);
 	if (status != GNP_OK && gnpd_job_remove(job, NULL) == GNP_OK) {
-		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR,
+		               "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
 		return GNP_OK;
 	}
 	if (status != GNP_OK)
@@ -109,7 +110,8 @@ static void complain(struct gnpd_jobs *jobs, size_t failed, const struct gnp_err
 	if (now < jobs->silent_until)
 		return;
 	jobs->silent_until = now + SILENCE;
-	gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
+	gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR,
+	               "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
 	               AGAIN, error->text);
 }
 
@@ -180,7 +182,8 @@ static void excuse(struct gnpd_jobs *jobs)
 	struct gnpd_job *job;
 	while ((job = find_running(jobs, after))) {
 		if (gnpd_job_write_again(job, &error) != GNP_OK)
-			gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING, "job %s is being parked, which could not be written: %s", after, error.text);
+			gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+			               "job %s is being parked, which could not be written: %s", after, error.text);
 		gnpd_job_release(job);
 	}
 }

@@ -21,9 +21,10 @@ static void wait_change(struct gnpd_jobs *jobs, uint64_t seen)
 	pthread_mutex_unlock(&jobs->lock);
 }
 
+typedef gnp_status (*take_function)(struct gnpd_run *run, size_t bytes, struct gnp_error *error);
+
 /* Asks `take` again after every change while the answer is that others hold what is needed. */
-static gnp_status be_patient(struct gnpd_run *run, gnp_status (*take)(struct gnpd_run *run, size_t bytes, struct gnp_error *error), size_t bytes,
-                             struct gnp_error *error)
+static gnp_status be_patient(struct gnpd_run *run, take_function take, size_t bytes, struct gnp_error *error)
 {
 	struct gnpd_jobs *jobs = run->jobs;
 	struct gnp_error cause;
@@ -70,8 +71,9 @@ static gnp_status reserve_share(struct gnpd_run *run, size_t bytes, struct gnp_e
 	gnp_status status = GNP_OK;
 	pthread_mutex_lock(&jobs->lock);
 	if (bytes > most || run->memory > most - bytes)
-		status = gnp_error_set(error, GNP_TOO_LARGE, "memory: the job holds %zu bytes and needs %zu more, need at most %zu (jobs-memory-bytes)",
-		                       run->memory, bytes, most);
+		status = gnp_error_set(error, GNP_TOO_LARGE,
+		                       "memory: the job holds %zu bytes and needs %zu more, need at most %zu "
+		                       "(jobs-memory-bytes)", run->memory, bytes, most);
 	else if (jobs->memory > most - bytes)
 		status = gnp_error_set(error, GNP_OVERLOADED, "other jobs hold the memory");
 	else {
@@ -97,7 +99,8 @@ static gnp_status take_bytes(struct gnpd_run *run, size_t bytes, struct gnp_erro
 	gnp_status status = reserve_share(run, bytes, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnpd_queue_reserve(run->jobs->engine->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
+	/* Asked again, it is no refusal. */
+	status = gnpd_queue_reserve(run->jobs->engine->queue, run->work.reserved, bytes, error);
 	if (status == GNP_OK)
 		run->work.reserved += bytes;
 	else
@@ -130,16 +133,19 @@ static void release_decoded(void *context, size_t bytes)
 static gnp_status read_body(struct gnpd_run *run, struct gnp_error *error)
 {
 	const struct gnpd_job_record *record = &run->job->record;
-	gnp_status status = gnpd_job_store_get(&run->jobs->store, record->id, GNPD_JOB_BODY_FILE, record->body_bytes, &run->work.body, error);
+	gnp_status status = gnpd_job_store_get(&run->jobs->store, record->id, GNPD_JOB_BODY_FILE, record->body_bytes,
+	                                       &run->work.body, error);
 	if (status == GNP_OK && run->work.body.size != record->body_bytes)
-		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size, record->body_bytes);
+		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size,
+		                       record->body_bytes);
 	return status;
 }
 
 static void read_checkpoint(struct gnpd_run *run)
 {
 	struct gnpd_job_store *store = &run->jobs->store;
-	if (gnpd_job_store_get(store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) != GNP_OK)
+	if (gnpd_job_store_get(store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept,
+	                       NULL) != GNP_OK)
 		return;
 	run->checkpoint.kept = run->kept.data;
 	run->checkpoint.size = run->kept.size;
@@ -160,8 +166,8 @@ static gnp_status take_checkpoint(struct gnpd_run *run, struct gnp_error *error)
 		read_checkpoint(run);
 	if (status != GNP_TOO_LARGE)
 		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
-	               cause.text);
+	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s",
+	               run->job->record.id, cause.text);
 	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
 	run->checkpoint_bytes = 0;
 	return GNP_OK;

@@ -104,10 +104,12 @@ gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error)
 		gnpd_job_record_clear(&found.records[i]);
 	free(found.records);
 	if (jobs->suspects)
-		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING, "jobs-dir: the process before died while %zu jobs ran, which run first and each "
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+		               "jobs-dir: the process before died while %zu jobs ran, which run first and each "
 		               "with no other beside it", jobs->suspects);
 	if (status == GNP_OK && (jobs->count || found.damaged))
-		gnpd_log_event(jobs->engine->log, GNPD_LOG_INFO, "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_INFO,
+		               "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
 		               jobs->store.path, jobs->count, (unsigned long long)jobs->counts.recovered, found.damaged);
 	return status;
 }

@@ -68,7 +68,8 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 		prove(run);
 		return GNP_OK;
 	}
-	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id,
+	               cause.text);
 	return gnp_error_set(error, status, "%s", cause.text);
 }
 
@@ -276,7 +277,8 @@ static void end(struct gnpd_run *run, gnp_status status, struct gnp_error *error
 	if (status == GNP_OK)
 		atomic_fetch_add(&engine->metrics->points, run->work.call.points);
 	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
-	gnpd_log_event(engine->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	gnpd_log_event(engine->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id,
+	               run->job->record.operation,
 	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
 	               *error->text ? ": " : "", error->text);
 }

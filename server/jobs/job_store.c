@@ -87,7 +87,8 @@ static gnp_status open_folder(const char *path, bool durable, struct gnpd_job_st
 		int number = errno;
 		close(folder);
 		if (number == EWOULDBLOCK)
-			return gnp_error_set(error, GNP_IO, "jobs-dir: %s: another gnpd uses it (%s/%s has its process id)", path, path, GNPD_JOB_LOCK);
+			return gnp_error_set(error, GNP_IO, "jobs-dir: %s: another gnpd uses it (%s/%s has its process id)", path,
+			                     path, GNPD_JOB_LOCK);
 		return gnpd_job_store_fault(path, number, error);
 	}
 	gnpd_disk_init(&store->disk, folder, durable);
@@ -118,7 +119,8 @@ static void remove_files(int folder)
 	if (!directory)
 		return;
 	for (struct dirent *entry; (entry = readdir(directory));)
-		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 && strcmp(entry->d_name, GNPD_JOB_LOCK) != 0)
+		if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0 &&
+		    strcmp(entry->d_name, GNPD_JOB_LOCK) != 0)
 			unlinkat(folder, entry->d_name, 0);
 	closedir(directory);
 	unlinkat(folder, GNPD_JOB_LOCK, 0);

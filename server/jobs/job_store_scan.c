@@ -78,8 +78,8 @@ static gnp_status unreadable(const struct gnpd_job_store *store, const char *nam
 }
 
 /* *there: whether there is such a file, of *size bytes; it can be read then. */
-static gnp_status probe(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, bool *there, size_t *size,
-                        struct gnp_error *error)
+static gnp_status probe(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, bool *there,
+                        size_t *size, struct gnp_error *error)
 {
 	char name[GNPD_JOB_FILE_NAME];
 	gnpd_job_store_name(id, file, name);
@@ -93,8 +93,8 @@ static gnp_status probe(struct gnpd_job_store *store, const char *id, enum gnpd_
 }
 
 /* *record is the caller's; where it is damaged, it is unchanged and *damage says why. */
-static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_job_record *record, struct gnp_error *damage,
-                              struct gnp_error *error)
+static gnp_status read_record(struct gnpd_job_store *store, const char *id, struct gnpd_job_record *record,
+                              struct gnp_error *damage, struct gnp_error *error)
 {
 	struct gnp_buffer text = {0};
 	struct gnpd_job_record read = {0};
@@ -127,7 +127,8 @@ static gnp_status check_files(struct gnpd_job_store *store, const struct gnpd_jo
 	if ((final && record->state != GNPD_JOB_SUCCEEDED) || record->cancelled)
 		return GNP_OK;
 	size_t size = 0, wanted = final ? record->result_bytes : record->body_bytes;
-	gnp_status status = probe(store, record->id, final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE, &there, &size, error);
+	enum gnpd_job_file file = final ? GNPD_JOB_RESULT_FILE : GNPD_JOB_BODY_FILE;
+	gnp_status status = probe(store, record->id, file, &there, &size, error);
 	if (status == GNP_OK && (!there || size != wanted))
 		*missing = final ? "result" : "body";
 	return status;
@@ -229,15 +230,15 @@ static void set_aside(struct gnpd_job_store *store, const struct damage *damage,
 		snprintf(aside, sizeof aside, "%s%s", name, damaged_suffix);
 		if (renameat(store->disk.folder, name, store->disk.folder, aside) == 0 || errno == ENOENT)
 			continue;
-		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: damaged, and %s/%s cannot be set aside and stays: %s", damage->id, store->path, name,
-		               strerror(errno));
+		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: damaged, and %s/%s cannot be set aside and stays: %s", damage->id,
+		               store->path, name, strerror(errno));
 		stays |= f == GNPD_JOB_RECORD_FILE;
 	}
 	if (stays)
 		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: left alone: %s", damage->id, damage->cause.text);
 	else
-		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id, damaged_suffix,
-		               damage->cause.text);
+		gnpd_log_event(log, GNPD_LOG_ERROR, "job %s: set aside as %s/%s.job%s: %s", damage->id, store->path, damage->id,
+		               damaged_suffix, damage->cause.text);
 }
 
 /* A job whose files are not there whole has failed; what its record says of a result goes. */
@@ -250,8 +251,10 @@ static void fail(struct gnpd_job_record *record, const char *what)
 	free(record->result_warnings);
 	free(record->result_parameters);
 	record->result_warnings = record->result_parameters = NULL;
-	record->result_type[0] = record->result_inference_length[0] = record->result_timing[0] = record->result_hash[0] = '\0';
-	snprintf(record->error_text, sizeof record->error_text, "its %s was not there whole when the daemon started (jobs-dir)", what);
+	record->result_type[0] = record->result_inference_length[0] = '\0';
+	record->result_timing[0] = record->result_hash[0] = '\0';
+	snprintf(record->error_text, sizeof record->error_text,
+	         "its %s was not there whole when the daemon started (jobs-dir)", what);
 }
 
 static int compare_records(const void *a, const void *b)
@@ -297,7 +300,8 @@ static void tidy(struct gnpd_job_store *store, const char *name, const struct sc
 		return;
 	snprintf(whole, sizeof whole, "%.*s", (int)(strlen(name) - (half ? sizeof new_suffix - 1 : 0)), name);
 	if (!gnpd_job_store_parse_name(whole, id, &file)) {
-		gnpd_log_event(log, GNPD_LOG_WARNING, "jobs-dir: %s/%s is no file of a job and is left alone", store->path, name);
+		gnpd_log_event(log, GNPD_LOG_WARNING, "jobs-dir: %s/%s is no file of a job and is left alone", store->path,
+		               name);
 		return;
 	}
 	if (!half && (file == GNPD_JOB_RECORD_FILE || wanted(record_of(found, id), file)))
@@ -321,7 +325,8 @@ static void mend(struct gnpd_job_store *store, struct scan *scan, struct gnpd_lo
 		tidy(store, scan->names.items[i], scan, log);
 }
 
-gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error)
+gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found,
+                               struct gnp_error *error)
 {
 	struct scan scan = {0};
 	gnp_status status = read_folder(store, &scan, error);

@@ -24,6 +24,7 @@ struct gnpd_job_found {
  * record, sets damaged records aside with what belongs to them, logs both. A record whose body or result is not
  * there whole becomes a failed one, on disk too where that can be written. What cannot be read may be whole:
  * GNP_STORAGE or GNP_IO naming it, and nothing is changed. */
-gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error);
+gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found,
+                               struct gnp_error *error);
 
 #endif

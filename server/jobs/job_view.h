@@ -19,8 +19,8 @@ void gnpd_job_release(struct gnpd_job *job);
 
 /* A job as it is now. */
 struct gnpd_job_view {
-	struct gnpd_job_record record; /* nothing of it is owned: what the answer says of itself is the job's, as long as that is held; the other
-	                                  strings are NULL */
+	struct gnpd_job_record record; /* nothing of it is owned: what the answer says of itself is the job's, as long as
+	                                  that is held; the other strings are NULL */
 	struct gnpd_job_progress progress;
 	unsigned version;              /* grows with every change of state */
 	bool removed;

@@ -19,7 +19,8 @@ gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_v
 	switch (record->state) {
 	case GNPD_JOB_QUEUED:
 	case GNPD_JOB_RUNNING:
-		return gnp_error_set(error, GNP_CONFLICT, "job %s: is %s, there is no result yet; GET /v1/jobs/%s?wait=30s waits for it", record->id,
+		return gnp_error_set(error, GNP_CONFLICT,
+		                     "job %s: is %s, there is no result yet; GET /v1/jobs/%s?wait=30s waits for it", record->id,
 		                     gnpd_job_state_name(record->state), record->id);
 	case GNPD_JOB_FAILED: return gnp_error_set(error, record->error, "%s", record->error_text);
 	case GNPD_JOB_CANCELLED: return gnp_error_set(error, GNP_GONE, "job %s: was cancelled and has no result", record->id);
@@ -49,8 +50,8 @@ static void cancel(struct gnpd_job *job)
 		pthread_mutex_lock(&jobs->disk);
 		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
-		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s", next.id,
-		               removed ? ", and is removed" : "", error.text);
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s",
+		               next.id, removed ? ", and is removed" : "", error.text);
 		gnpd_job_publish(job, &next);
 	}
 	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE, NULL);
@@ -187,7 +188,8 @@ void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
 		return;
 	struct gnp_error error = {0};
 	if (gnpd_job_write_again(job, &error) != GNP_OK)
-		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s",
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+		               "job %s is not alone any more, which could not be written: %s",
 		               gnpd_job_record_now(job).id, error.text);
 	gnpd_job_release(job);
 }

@@ -22,7 +22,8 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 			continue;
 		if (!gnp_format_by_name(value->string, format))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, csv, pcd, obj, vtk, mtx, json", value->string);
+			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, csv, pcd, obj, vtk, mtx, json",
+			                     value->string);
 		free(value->name);
 		free(value->string);
 		*value = values->items[--values->count];
@@ -39,8 +40,8 @@ static gnp_status input_format(const struct gnpd_work *work, const unsigned char
 	    !gnp_format_by_magic(body, size, format)) {
 		if (!named)
 			return gnp_error_set(error, GNP_UNSUPPORTED_MEDIA,
-			                     "body: Content-Type \"%.64s\" is no known format, the body does not look like one, and there "
-			                     "is no ?format=", work->content_type ? work->content_type : "");
+			                     "body: Content-Type \"%.64s\" is no known format, the body does not look like one, "
+			                     "and there is no ?format=", work->content_type ? work->content_type : "");
 		*format = wanted;
 	}
 	if (!gnp_format_readable(*format))
@@ -77,7 +78,8 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_operation *operation = work->operation;
-	const struct gnp_file_wants wants = {work->engine->config->max_points, operation->inputs, operation->input_count, operation};
+	const struct gnp_file_wants wants = {work->engine->config->max_points, operation->inputs, operation->input_count,
+	                                     operation};
 	return gnp_file_decode(input, body, size, &wants, &work->message.inputs, error);
 }
 
@@ -103,7 +105,8 @@ static gnp_status add_parameters(struct gnpd_work *work, struct gnp_error *error
 static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
 	work->reply->content_type = work->output.media_type;
-	gnp_status status = gnp_result_encode(work->output.format, &work->message, &work->response, &work->reply->body, error);
+	gnp_status status = gnp_result_encode(work->output.format, &work->message, &work->response, &work->reply->body,
+	                                      error);
 	return status == GNP_OK ? add_parameters(work, error) : status;
 }
 
@@ -112,4 +115,5 @@ static gnp_status timeout(const struct gnp_value *value, double *seconds, struct
 	return gnpd_duration_parse("timeout", value->string, seconds, error);
 }
 
-const struct gnpd_codec gnpd_codec_file = {.name = "file", .decode = decode, .plan = plan, .encode = encode, .timeout = timeout};
+const struct gnpd_codec gnpd_codec_file = {.name = "file", .decode = decode, .plan = plan, .encode = encode,
+                                           .timeout = timeout};

@@ -15,8 +15,8 @@ static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size
 static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 {
 	struct gnpd_reply *reply = work->reply;
-	gnp_status status = gnp_oip_encode_response(work->call.operation, &work->message, &work->response, &reply->body, &reply->tails,
-	                                            &reply->tail_count, error);
+	gnp_status status = gnp_oip_encode_response(work->call.operation, &work->message, &work->response, &reply->body,
+	                                            &reply->tails, &reply->tail_count, error);
 	if (status != GNP_OK)
 		return status;
 	reply->content_type = reply->tail_count ? "application/octet-stream" : "application/json";
@@ -28,7 +28,8 @@ static gnp_status encode(struct gnpd_work *work, struct gnp_error *error)
 /* Microseconds, as the protocol's other servers have it. */
 static gnp_status timeout(const struct gnp_value *value, double *seconds, struct gnp_error *error)
 {
-	double microseconds = value->type == GNP_VALUE_INTEGER ? (double)value->integer : value->type == GNP_VALUE_NUMBER ? value->number : -1;
+	double microseconds = value->type == GNP_VALUE_INTEGER  ? (double)value->integer
+	                      : value->type == GNP_VALUE_NUMBER ? value->number : -1;
 	if (!(microseconds >= 0))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "timeout: need a number of microseconds, at least 0");
 	*seconds = microseconds * 1e-6;

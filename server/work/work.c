@@ -117,7 +117,8 @@ void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *limit, 
 void gnpd_work_overdue(const struct gnpd_work *work, struct gnp_error *error)
 {
 	*error = (struct gnp_error){0};
-	gnp_error_set(error, GNP_DEADLINE, "time: not done after %.3g s, need it in %.3g s (%s)", gnp_clock() - work->begun, work->allowed, work->limit);
+	gnp_error_set(error, GNP_DEADLINE, "time: not done after %.3g s, need it in %.3g s (%s)", gnp_clock() - work->begun,
+	              work->allowed, work->limit);
 }
 
 static gnp_status apply_timeout(struct gnpd_work *work, struct gnp_error *error)
@@ -136,7 +137,8 @@ static gnp_status apply_timeout(struct gnpd_work *work, struct gnp_error *error)
 static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 {
 	const struct gnpd_engine *engine = work->engine;
-	size_t limit = engine->config->max_decoded_bytes ? engine->config->max_decoded_bytes : engine->config->max_body_bytes, most = limit;
+	const struct gnpd_config *config = engine->config;
+	size_t limit = config->max_decoded_bytes ? config->max_decoded_bytes : config->max_body_bytes, most = limit;
 	if (work->body.size < limit / EXPANSION_MAX)
 		most = (work->body.size + 1) * EXPANSION_MAX;
 	gnp_status status = gnp_budget_reserve(&work->budget, most, error);
@@ -203,7 +205,8 @@ static void add_timing(struct gnpd_work *work)
 gnp_status gnpd_work_check(struct gnpd_work *work, struct gnp_error *error)
 {
 	const struct gnpd_engine *engine = work->engine;
-	const struct gnp_limits limits = {.points = engine->config->max_points, .models = work->models, .cache = engine->cache};
+	const struct gnp_limits limits = {.points = engine->config->max_points, .models = work->models,
+	                                  .cache = engine->cache};
 	gnp_status status = decode(work, error);
 	if (status == GNP_OK)
 		status = apply_timeout(work, error);

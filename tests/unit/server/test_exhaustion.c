@@ -278,10 +278,14 @@ static bool start(char *folder)
 	gnpd_log_init(&events, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
 	gnpd_metrics_init(&metrics);
 	gnp_json_memory_init();
-	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.engine.pool, NULL) == GNP_OK &&
-	       gnpd_loader_create(&server.engine, &server.engine.loader, NULL) == GNP_OK && gnp_prepared_cache_create(0, &server.engine.cache, NULL) == GNP_OK &&
-	       gnpd_queue_create(1, 10, 1u << 30, &server.engine.queue, NULL) == GNP_OK && gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
-	       gnpd_watchers_create(&config, &server.watchers, NULL) == GNP_OK && gnpd_jobs_create(&server.engine, server.watchers, &server.jobs, NULL) == GNP_OK;
+	struct gnpd_engine *engine = &server.engine;
+	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &engine->pool, NULL) == GNP_OK &&
+	       gnpd_loader_create(engine, &engine->loader, NULL) == GNP_OK &&
+	       gnp_prepared_cache_create(0, &engine->cache, NULL) == GNP_OK &&
+	       gnpd_queue_create(1, 10, 1u << 30, &engine->queue, NULL) == GNP_OK &&
+	       gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
+	       gnpd_watchers_create(&config, &server.watchers, NULL) == GNP_OK &&
+	       gnpd_jobs_create(engine, server.watchers, &server.jobs, NULL) == GNP_OK;
 }
 
 int main(int argc, char **argv)

@@ -176,7 +176,8 @@ static void old_names_are_understood(void)
 {
 	unsigned actions;
 	char want[160], *none[] = {NULL}, *plain[] = {"gnpd", NULL};
-	char *flag[] = {"gnpd", "--operator-cache-bytes=1M", NULL}, *new_flag[] = {"gnpd", "--prepared-cache-bytes", "2M", NULL};
+	char *flag[] = {"gnpd", "--operator-cache-bytes=1M", NULL};
+	char *new_flag[] = {"gnpd", "--prepared-cache-bytes", "2M", NULL};
 	CHECK(load(flag, none, &actions) == GNP_OK && config.prepared_cache_bytes == 1 << 20);
 	CHECK_STRING(config.old_key, "operator-cache-bytes");
 	CHECK(load(new_flag, none, &actions) == GNP_OK && config.prepared_cache_bytes == 2 << 20 && !config.old_key);
@@ -185,7 +186,8 @@ static void old_names_are_understood(void)
 	CHECK(load(new_flag, environment, &actions) == GNP_OK && config.prepared_cache_bytes == 2 << 20 && config.old_key);
 	char *both[] = {"GNPD_OPERATOR_CACHE_BYTES=3M", "GNPD_PREPARED_CACHE_BYTES=3M", NULL};
 	CHECK(load(plain, both, &actions) == GNP_INVALID_ARGUMENT);
-	CHECK_STRING(error.text, "environment: prepared-cache-bytes: is given by GNPD_OPERATOR_CACHE_BYTES too, need it once");
+	static const char twice[] = "environment: prepared-cache-bytes: is given by GNPD_OPERATOR_CACHE_BYTES too, need it once";
+	CHECK_STRING(error.text, twice);
 	CHECK(set("operator-cache-bytes", "x") == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "prepared-cache-bytes: got \"x\", need 0..64T");
 
@@ -212,7 +214,8 @@ static void warning_of_an_old_name_is_one_line(void)
 	gnpd_config_warn(&config, &log_);
 	rewind(file);
 	CHECK(fgets(text, sizeof text, file) != NULL);
-	CHECK_CONTAINS(text, " warning: operator-cache-bytes: is the old name of prepared-cache-bytes, which the next version knows alone\n");
+	CHECK_CONTAINS(text, " warning: operator-cache-bytes: is the old name of prepared-cache-bytes, which the next version "
+	                     "knows alone\n");
 	CHECK(!fgets(text, sizeof text, file));
 	gnpd_log_fini(&log_);
 	fclose(file);

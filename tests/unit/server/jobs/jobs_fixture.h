@@ -46,7 +46,8 @@ static inline void start_engine(void)
 	gnpd_config_defaults(&config);
 	gnpd_log_init(&events, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY));
 	gnpd_metrics_init(&metrics);
-	CHECK(gnp_pool_create(2, &engine.pool, NULL) == GNP_OK && gnpd_loader_create(&engine, &engine.loader, NULL) == GNP_OK);
+	CHECK(gnp_pool_create(2, &engine.pool, NULL) == GNP_OK &&
+	      gnpd_loader_create(&engine, &engine.loader, NULL) == GNP_OK);
 	CHECK(gnp_prepared_cache_create(0, &engine.cache, NULL) == GNP_OK);
 	CHECK(gnpd_queue_create(1, 1, config.queue_bytes, &engine.queue, NULL) == GNP_OK);
 	CHECK(gnpd_watchers_create(&config, &watchers, NULL) == GNP_OK);
