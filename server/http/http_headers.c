@@ -1,3 +1,5 @@
+/* What is done once the headers of a request are in: what they say is kept, their framing is checked, and what can be
+ * refused before the body is refused. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+/* How a reply goes out, and the one place that logs, counts and frees a request. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>

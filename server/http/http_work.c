@@ -1,3 +1,5 @@
+/* How a request gets its answer: at once, or by a runner, the disk queue or the end of a job while its connection is
+ * suspended. */
 #include "server/http/http_steps.h"
 
 #include <math.h>
