@@ -1,7 +1,8 @@
-/* What analysers cannot see of functions in other files: included before each file they look at, and by nothing that is built.
+/* What analysers cannot see of functions in other files: included before each file they look at, and by nothing that
+ * is built.
  *
- * Without it they take gnp_error_set and gnp_no_memory for functions that may return GNP_OK, and follow every refused allocation
- * to a use of its null pointer. */
+ * Without it they take gnp_error_set and gnp_no_memory for functions that may return GNP_OK, and follow every refused
+ * allocation to a use of its null pointer. */
 #ifndef GNP_TESTS_LINT_FACTS_H
 #define GNP_TESTS_LINT_FACTS_H
 
