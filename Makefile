@@ -56,7 +56,9 @@ MAINS  := server/gnpd.c clients/gnp.c weights/train/gnp-train.c weights/validate
 CORE   := $(call sources,core)
 VERSION := $(shell sed -n 's/^\#define GNP_VERSION "\(.*\)"/\1/p' core/base/version.h)
 PROTO  := $(call sources,proto)
-SERVER := $(filter-out $(MAINS),$(call sources,server))
+# Replaces malloc in what it is linked into: gnpd, and no archive.
+RESERVE := server/base/reserve.c
+SERVER := $(filter-out $(MAINS) $(RESERVE),$(call sources,server))
 CLIENT := $(filter-out $(MAINS) clients/examples/%,$(call sources,clients))
 WEIGHTS := $(filter-out $(MAINS),$(call sources,weights))
 UNIT   := $(wildcard tests/unit/*/test_*.c tests/unit/*/*/test_*.c)
@@ -123,7 +125,7 @@ LIB_SERVER := $(OUT)/libgnpserver.a $(LIB_PROTO)
 LIB_CLIENT := $(OUT)/libgnpclient.a $(LIB_PROTO)
 LIB_WEIGHTS := $(OUT)/libgnpweights.a $(LIB_CLIENT)
 
-$(OUT)/gnpd: $(OUT)/server/gnpd.o $(LIB_SERVER)
+$(OUT)/gnpd: $(OUT)/server/gnpd.o $(call object,$(RESERVE)) $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
@@ -134,9 +136,10 @@ $(OUT)/gnp-train: $(OUT)/weights/train/gnp-train.o $(LIB_WEIGHTS)
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 
+$(OUT)/tests/unit/server/base/test_reserve: $(call object,$(RESERVE))
 $(OUT)/tests/unit/server/test_exhaustion: LDFLAGS += $(addprefix -Wl$(comma)--wrap=,malloc calloc realloc strdup strndup)
 # gnpd, but that some clouds are its end: what tests of its restarts need, and nothing that is installed holds.
-$(OUT)/tests/dying_gnpd: $(OUT)/server/gnpd.o $(OUT)/tests/dying_work.o $(LIB_SERVER)
+$(OUT)/tests/dying_gnpd: $(OUT)/server/gnpd.o $(call object,$(RESERVE)) $(OUT)/tests/dying_work.o $(LIB_SERVER)
 	$(LINK) $(addprefix -Wl$(comma)--wrap=,gnpd_work_finish gnpd_work_run) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/fuzz/replay_%: $(OUT)/tests/fuzz/fuzz_%.o $(OUT)/tests/fuzz/replay.o $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)

@@ -5,6 +5,7 @@
 
 #include "clients/command.h"
 #include "core/base/names.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 
 #ifndef GNP_VERSION
@@ -112,7 +113,7 @@ static enum gnp_exit run_named(const char *name, int argc, char **argv, struct g
 
 int main(int argc, char **argv)
 {
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	/* A closed pipe or connection is an error of the write, not the end of the program. */
 	signal(SIGPIPE, SIG_IGN);

@@ -12,11 +12,13 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "proto/json/json_memory.h"
 #include "proto/operation/operation.h"
 #include "server/api/server.h"
 #include "server/base/notify.h"
+#include "server/base/reserve.h"
 #include "server/config/config.h"
 #include "server/http/http.h"
 #include "server/http/listeners.h"
@@ -370,8 +372,9 @@ int main(int argc, char **argv)
 	struct gnpd_config config;
 	struct gnp_error error = {0};
 	unsigned actions;
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
+	gnpd_reserve_install();
 	gnp_json_memory_init();
 	gnp_status status;
 	if (argc == 3 && strcmp(argv[1], "--make-key") == 0)

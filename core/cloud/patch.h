@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 #include "core/base/vector.h"
-#include "core/cloud/neighbors.h"
+#include "core/cloud/neighborhoods.h"
 
 #define GNP_PATCH_TAU 1.1 /* epsilon = tau r_k */
 

@@ -9,7 +9,8 @@
 #include "core/base/status.h"
 #include "core/base/task.h"
 
-/* Plain data: row i holds entries [row_offsets[i], row_offsets[i + 1]). Freed by gnp_csr_clear unless it is a view of another's arrays. */
+/* Plain data: row i holds entries [row_offsets[i], row_offsets[i + 1]). Freed by gnp_csr_clear unless it is a view
+ * of another's arrays. */
 struct gnp_csr {
 	size_t rows, columns;
 	size_t *row_offsets; /* (rows + 1) ascending from 0 */

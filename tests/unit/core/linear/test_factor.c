@@ -1,7 +1,7 @@
 #include "core/base/memory.h"
 #include "core/base/random.h"
+#include "core/linear/factor_solve.h"
 #include "core/linear/linalg.h"
-#include "core/linear/lu.h"
 #include "tests/unit/test.h"
 
 static struct gnp_pool *pool;
@@ -42,24 +42,24 @@ static struct gnp_csr square_matrix(size_t side, double *points)
 	return square;
 }
 
-static struct gnp_lu *factor_as(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *workers)
+static struct gnp_factor *factor_as(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *workers)
 {
-	struct gnp_lu_plan plan;
-	struct gnp_lu *lu = NULL;
+	struct gnp_factor_plan plan;
+	struct gnp_factor *factor = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_lu_plan_make(matrix, symmetric, points, workers, NULL, &plan, &error) == GNP_OK);
-	if (gnp_lu_factor_take(matrix, &plan, workers, NULL, &lu, &error) != GNP_OK)
+	CHECK(gnp_factor_plan_make(matrix, symmetric, points, workers, NULL, &plan, &error) == GNP_OK);
+	if (gnp_factor_make_take(matrix, &plan, workers, NULL, &factor, &error) != GNP_OK)
 		fprintf(stderr, "%s\n", error.text);
-	CHECK(lu);
-	return lu;
+	CHECK(factor);
+	return factor;
 }
 
-static struct gnp_lu *factor_of(const struct gnp_csr *matrix, const double *points, struct gnp_pool *workers)
+static struct gnp_factor *factor_of(const struct gnp_csr *matrix, const double *points, struct gnp_pool *workers)
 {
 	return factor_as(matrix, false, points, workers);
 }
 
-static void check_solves(const struct gnp_csr *matrix, const struct gnp_lu *lu, size_t count)
+static void check_solves(const struct gnp_csr *matrix, const struct gnp_factor *factor, size_t count)
 {
 	size_t n = matrix->rows;
 	double *x = malloc(n * count * sizeof *x), *want = malloc(n * count * sizeof *want), *y = malloc(n * sizeof *y);
@@ -67,7 +67,7 @@ static void check_solves(const struct gnp_csr *matrix, const struct gnp_lu *lu, 
 		want[i] = sin(0.3 * (double)i);
 	for (size_t r = 0; r < count; r++)
 		CHECK(gnp_csr_multiply(matrix, want + r * n, x + r * n, pool, NULL, NULL) == GNP_OK);
-	CHECK(gnp_lu_solve(lu, x, count, pool, NULL, NULL) == GNP_OK);
+	CHECK(gnp_factor_solve(factor, x, count, pool, NULL, NULL) == GNP_OK);
 	double worst = 0;
 	for (size_t i = 0; i < n * count; i++)
 		worst = fmax(worst, fabs(x[i] - want[i]));
@@ -83,11 +83,11 @@ static void solves_what_the_matrix_multiplies(void)
 	for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
 		double *points = malloc(3 * sides[k] * sides[k] * sizeof *points);
 		struct gnp_csr matrix = grid_matrix(sides[k], points);
-		struct gnp_lu *lu = factor_of(&matrix, points, pool);
-		check_solves(&matrix, lu, 1);
-		check_solves(&matrix, lu, 3);
-		check_solves(&matrix, lu, 19);
-		gnp_lu_free(lu);
+		struct gnp_factor *factor = factor_of(&matrix, points, pool);
+		check_solves(&matrix, factor, 1);
+		check_solves(&matrix, factor, 3);
+		check_solves(&matrix, factor, 19);
+		gnp_factor_free(factor);
 		gnp_csr_clear(&matrix);
 		free(points);
 	}
@@ -106,10 +106,10 @@ static void exchanges_rows_where_the_diagonal_is_zero(void)
 		matrix.value[i] = 1 + i;
 		matrix.row_offsets[i + 1] = i + 1;
 	}
-	struct gnp_lu *lu = factor_of(&matrix, points, pool);
-	if (lu)
-		check_solves(&matrix, lu, 2);
-	gnp_lu_free(lu);
+	struct gnp_factor *factor = factor_of(&matrix, points, pool);
+	if (factor)
+		check_solves(&matrix, factor, 2);
+	gnp_factor_free(factor);
 	gnp_csr_clear(&matrix);
 }
 
@@ -121,14 +121,14 @@ static void check_workers(bool symmetric)
 	for (unsigned workers = 1; workers <= 3; workers++) {
 		struct gnp_pool *some;
 		CHECK(gnp_pool_create(workers, &some, NULL) == GNP_OK);
-		struct gnp_lu *lu = factor_as(&matrix, symmetric, points, some);
+		struct gnp_factor *factor = factor_as(&matrix, symmetric, points, some);
 		for (int i = 0; i < N; i++)
 			x[i] = cos(i);
-		CHECK(gnp_lu_solve(lu, x, 1, some, NULL, NULL) == GNP_OK);
+		CHECK(gnp_factor_solve(factor, x, 1, some, NULL, NULL) == GNP_OK);
 		if (workers == 1)
 			memcpy(first, x, N * sizeof *x);
 		CHECK(memcmp(first, x, N * sizeof *x) == 0);
-		gnp_lu_free(lu);
+		gnp_factor_free(factor);
 		gnp_pool_free(some);
 	}
 	gnp_csr_clear(&matrix);
@@ -149,14 +149,14 @@ static void symmetric_matrices_take_half(void)
 	for (size_t k = 0; k < sizeof sides / sizeof *sides; k++) {
 		double *points = malloc(3 * sides[k] * sides[k] * sizeof *points);
 		struct gnp_csr matrix = square_matrix(sides[k], points);
-		struct gnp_lu *half = factor_as(&matrix, true, points, pool), *whole = factor_of(&matrix, points, pool);
+		struct gnp_factor *half = factor_as(&matrix, true, points, pool), *whole = factor_of(&matrix, points, pool);
 		check_solves(&matrix, half, 1);
 		check_solves(&matrix, half, 3);
 		check_solves(&matrix, half, 19);
 		if (sides[k] == 40)
-			CHECK_AT_MOST((double)gnp_lu_bytes(half), 0.65 * (double)gnp_lu_bytes(whole));
-		gnp_lu_free(half);
-		gnp_lu_free(whole);
+			CHECK_AT_MOST((double)gnp_factor_bytes(half), 0.65 * (double)gnp_factor_bytes(whole));
+		gnp_factor_free(half);
+		gnp_factor_free(whole);
 		gnp_csr_clear(&matrix);
 		free(points);
 	}
@@ -164,13 +164,13 @@ static void symmetric_matrices_take_half(void)
 
 static void refuse(struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_task *task, gnp_status status, const char *text)
 {
-	struct gnp_lu_plan plan;
-	struct gnp_lu *lu = NULL;
+	struct gnp_factor_plan plan;
+	struct gnp_factor *factor = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_lu_plan_make(matrix, symmetric, points, pool, NULL, &plan, NULL) == GNP_OK);
-	CHECK(gnp_lu_factor_take(matrix, &plan, pool, task, &lu, &error) == status);
+	CHECK(gnp_factor_plan_make(matrix, symmetric, points, pool, NULL, &plan, NULL) == GNP_OK);
+	CHECK(gnp_factor_make_take(matrix, &plan, pool, task, &factor, &error) == status);
 	CHECK_CONTAINS(error.text, text);
-	CHECK(!lu);
+	CHECK(!factor);
 }
 
 static void singular_and_not_finite_matrices_are_refused(void)
@@ -205,15 +205,15 @@ static void the_plan_knows_the_size_and_keeps_it_small(void)
 	enum { SIDE = 60, N = SIDE * SIDE };
 	double *points = malloc(3 * N * sizeof *points);
 	struct gnp_csr matrix = grid_matrix(SIDE, points);
-	struct gnp_lu_plan plan;
-	CHECK(gnp_lu_plan_make(&matrix, false, points, pool, NULL, &plan, NULL) == GNP_OK);
+	struct gnp_factor_plan plan;
+	CHECK(gnp_factor_plan_make(&matrix, false, points, pool, NULL, &plan, NULL) == GNP_OK);
 	CHECK(plan.bytes < plan.peak_bytes);
 	CHECK_AT_MOST((double)plan.value_start[plan.symbolic.supernodes], 0.7 * 2 * SIDE * N);
 	size_t bytes = plan.bytes;
-	struct gnp_lu *lu = NULL;
-	CHECK(gnp_lu_factor_take(&matrix, &plan, pool, NULL, &lu, NULL) == GNP_OK);
-	CHECK(gnp_lu_bytes(lu) == bytes);
-	gnp_lu_free(lu);
+	struct gnp_factor *factor = NULL;
+	CHECK(gnp_factor_make_take(&matrix, &plan, pool, NULL, &factor, NULL) == GNP_OK);
+	CHECK(gnp_factor_bytes(factor) == bytes);
+	gnp_factor_free(factor);
 	gnp_csr_clear(&matrix);
 	free(points);
 }

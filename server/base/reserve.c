@@ -1,4 +1,4 @@
-#include "core/base/reserve.h"
+#include "server/base/reserve.h"
 
 #include <dlfcn.h>
 #include <errno.h>
@@ -11,6 +11,8 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "core/base/headroom.h"
+
 enum {
 	SLABS = 8,
 	SLAB_BYTES = 8 << 20,
@@ -22,8 +24,8 @@ enum {
 };
 
 static char *_Atomic base; /* NULL: there is none */
-/* Pieces of a slab are given out one after the other; with the last that is freed it is whole again. There are several, because some
- * pieces stay for long. */
+/* Pieces of a slab are given out one after the other; with the last that is freed it is whole again. There are
+ * several, because some pieces stay for long. */
 static struct {
 	size_t used, live; /* bytes given out since it was whole; pieces in use */
 } slabs[SLABS];
@@ -37,7 +39,7 @@ static void map_reserve(void)
 	atomic_store(&base, space == MAP_FAILED ? NULL : space);
 }
 
-/* std::set_new_handler; NULL until FLANN is there, which brings it along. */
+/* std::set_new_handler, which FLANN brings along; NULL without it. */
 typedef void (*new_handler)(void);
 static new_handler (*set_new_handler)(new_handler);
 
@@ -54,18 +56,11 @@ static void find_memory(void)
 	}
 }
 
-/* By its name in the C++ ABI: there is no header of it for C. */
-static void install(void)
-{
-	*(void **)&set_new_handler = dlsym(RTLD_DEFAULT, "_ZSt15set_new_handlerPFvvE");
-	if (set_new_handler)
-		set_new_handler(find_memory);
-	map_reserve();
-}
-
+/* A thread begins anew: what it once lacked is forgotten. */
 static bool most_is_whole(void)
 {
 	size_t whole = 0;
+	urgent = false;
 	pthread_mutex_lock(&lock);
 	for (size_t s = 0; s < SLABS; s++)
 		whole += slabs[s].used == 0;
@@ -73,16 +68,20 @@ static bool most_is_whole(void)
 	return whole > SLABS / 2;
 }
 
-gnp_status gnp_reserve_enter(const char *what, size_t bytes, struct gnp_error *error)
+static void install(void)
+{
+	/* By its name in the C++ ABI: there is no header of it for C. */
+	*(void **)&set_new_handler = dlsym(RTLD_DEFAULT, "_ZSt15set_new_handlerPFvvE");
+	if (set_new_handler)
+		set_new_handler(find_memory);
+	map_reserve();
+	gnp_headroom_install(most_is_whole);
+}
+
+void gnpd_reserve_install(void)
 {
 	static pthread_once_t once = PTHREAD_ONCE_INIT;
 	pthread_once(&once, install);
-	urgent = false;
-	void *probe = most_is_whole() ? malloc(bytes + SMALL_BYTES + 1) : NULL;
-	if (!probe)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu bytes", what, bytes);
-	free(probe);
-	return GNP_OK;
 }
 
 #ifndef __has_feature

@@ -1,4 +1,4 @@
-#include "core/linear/lu_plan.h"
+#include "core/linear/factor_plan.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +8,7 @@
 
 enum { SHARES = 32 }; /* a subtree has at most this part of all operations */
 
-void gnp_lu_plan_clear(struct gnp_lu_plan *plan)
+void gnp_factor_plan_clear(struct gnp_factor_plan *plan)
 {
 	gnp_symbolic_clear(&plan->symbolic);
 	free(plan->step);
@@ -19,11 +19,12 @@ void gnp_lu_plan_clear(struct gnp_lu_plan *plan)
 	free(plan->value_start);
 	free(plan->subtree);
 	free(plan->shared);
-	*plan = (struct gnp_lu_plan){.subtrees = 0};
+	*plan = (struct gnp_factor_plan){.subtrees = 0};
 }
 
 /* Merges two ascending rows with the diagonal; column may be NULL to count alone. */
-static size_t merge_row(const uint32_t *a, size_t a_count, const uint32_t *b, size_t b_count, uint32_t diagonal, uint32_t *column)
+static size_t merge_row(const uint32_t *a, size_t a_count, const uint32_t *b, size_t b_count, uint32_t diagonal,
+                        uint32_t *column)
 {
 	size_t i = 0, j = 0, count = 0;
 	bool done = false;
@@ -55,8 +56,9 @@ static gnp_status symmetric_pattern(const struct gnp_csr *matrix, struct gnp_csr
 	for (int pass = 0; pass < 2 && pattern.row_offsets; pass++) {
 		for (size_t i = 0; i < n; i++) {
 			size_t a = matrix->row_offsets[i], b = turned.row_offsets[i];
-			size_t count = merge_row(matrix->column + a, matrix->row_offsets[i + 1] - a, turned.column + b, turned.row_offsets[i + 1] - b,
-			                         (uint32_t)i, pattern.column ? pattern.column + pattern.row_offsets[i] : NULL);
+			size_t count = merge_row(matrix->column + a, matrix->row_offsets[i + 1] - a, turned.column + b,
+			                         turned.row_offsets[i + 1] - b, (uint32_t)i,
+			                         pattern.column ? pattern.column + pattern.row_offsets[i] : NULL);
 			pattern.row_offsets[i + 1] = pattern.row_offsets[i] + count;
 		}
 		if (pass == 0 && !(pattern.column = gnp_array_new(pattern.row_offsets[n], sizeof(uint32_t))))
@@ -72,7 +74,7 @@ static gnp_status symmetric_pattern(const struct gnp_csr *matrix, struct gnp_csr
 }
 
 /* Which supernode takes in which, and where. */
-static void link_fronts(struct gnp_lu_plan *plan, uint32_t *owner)
+static void link_fronts(struct gnp_factor_plan *plan, uint32_t *owner)
 {
 	const struct gnp_symbolic *symbolic = &plan->symbolic;
 	for (size_t s = 0; s < symbolic->supernodes; s++)
@@ -80,9 +82,9 @@ static void link_fronts(struct gnp_lu_plan *plan, uint32_t *owner)
 			owner[k] = (uint32_t)s;
 	memset(plan->child_start, 0, (symbolic->supernodes + 1) * sizeof *plan->child_start);
 	for (size_t s = 0; s < symbolic->supernodes; s++) {
-		size_t border = symbolic->row_start[s] + gnp_lu_plan_width(plan, s), end = symbolic->row_start[s + 1];
-		plan->parent[s] = border < end ? owner[symbolic->row[border]] : GNP_LU_NONE;
-		if (plan->parent[s] == GNP_LU_NONE)
+		size_t border = symbolic->row_start[s] + gnp_factor_plan_width(plan, s), end = symbolic->row_start[s + 1];
+		plan->parent[s] = border < end ? owner[symbolic->row[border]] : GNP_FACTOR_NONE;
+		if (plan->parent[s] == GNP_FACTOR_NONE)
 			continue;
 		plan->child_start[plan->parent[s] + 1]++;
 		size_t at = symbolic->row_start[plan->parent[s]], place = 0;
@@ -94,31 +96,31 @@ static void link_fronts(struct gnp_lu_plan *plan, uint32_t *owner)
 	}
 }
 
-static void list_children(struct gnp_lu_plan *plan, uint32_t *next)
+static void list_children(struct gnp_factor_plan *plan, uint32_t *next)
 {
 	size_t supernodes = plan->symbolic.supernodes;
 	for (size_t s = 0; s < supernodes; s++)
 		plan->child_start[s + 1] += plan->child_start[s];
 	memcpy(next, plan->child_start, supernodes * sizeof *next);
 	for (size_t s = 0; s < supernodes; s++)
-		if (plan->parent[s] != GNP_LU_NONE)
+		if (plan->parent[s] != GNP_FACTOR_NONE)
 			plan->child[next[plan->parent[s]]++] = (uint32_t)s;
 }
 
-static size_t border_entries(const struct gnp_lu_plan *plan, size_t s)
+static size_t border_entries(const struct gnp_factor_plan *plan, size_t s)
 {
-	size_t border = gnp_lu_plan_rows(plan, s) - gnp_lu_plan_width(plan, s);
+	size_t border = gnp_factor_plan_rows(plan, s) - gnp_factor_plan_width(plan, s);
 	return border * border;
 }
 
-static double front_operations(const struct gnp_lu_plan *plan, size_t s)
+static double front_operations(const struct gnp_factor_plan *plan, size_t s)
 {
-	double w = (double)gnp_lu_plan_width(plan, s), b = (double)gnp_lu_plan_rows(plan, s) - w;
+	double w = (double)gnp_factor_plan_width(plan, s), b = (double)gnp_factor_plan_rows(plan, s) - w;
 	return (2 * w * w * w / 3 + 2 * w * w * b + 2 * w * b * b) / (plan->symmetric ? 2 : 1);
 }
 
 /* Subtrees are runs of supernodes in their postorder. peak: of each subtree while one worker makes it, in entries. */
-static void choose_subtrees(struct gnp_lu_plan *plan, double *below, size_t *peak, size_t *largest_peak)
+static void choose_subtrees(struct gnp_factor_plan *plan, double *below, size_t *peak, size_t *largest_peak)
 {
 	size_t supernodes = plan->symbolic.supernodes;
 	for (size_t s = 0; s < supernodes; s++) {
@@ -137,7 +139,7 @@ static void choose_subtrees(struct gnp_lu_plan *plan, double *below, size_t *pea
 	uint32_t begin = 0;
 	for (size_t s = 0; s < supernodes; s++) {
 		plan->shared[s] = below[s] > plan->operations / SHARES;
-		bool top = plan->parent[s] == GNP_LU_NONE || below[plan->parent[s]] > plan->operations / SHARES;
+		bool top = plan->parent[s] == GNP_FACTOR_NONE || below[plan->parent[s]] > plan->operations / SHARES;
 		if (!plan->shared[s] && top) {
 			plan->subtree[2 * plan->subtrees] = begin;
 			plan->subtree[2 * plan->subtrees++ + 1] = (uint32_t)s;
@@ -148,7 +150,7 @@ static void choose_subtrees(struct gnp_lu_plan *plan, double *below, size_t *pea
 	}
 }
 
-static void measure(struct gnp_lu_plan *plan, unsigned workers, size_t largest_peak)
+static void measure(struct gnp_factor_plan *plan, unsigned workers, size_t largest_peak)
 {
 	size_t live = 0, most = 0, n = plan->symbolic.count;
 	for (size_t t = 0; t < plan->subtrees; t++)
@@ -168,7 +170,7 @@ static void measure(struct gnp_lu_plan *plan, unsigned workers, size_t largest_p
 	plan->peak_bytes = plan->bytes + most * sizeof(double);
 }
 
-static gnp_status lay_out(struct gnp_lu_plan *plan, unsigned workers, struct gnp_error *error)
+static gnp_status lay_out(struct gnp_factor_plan *plan, unsigned workers, struct gnp_error *error)
 {
 	size_t n = plan->symbolic.count, supernodes = plan->symbolic.supernodes, largest_peak = 0;
 	plan->step = gnp_array_new(n, sizeof *plan->step);
@@ -189,7 +191,7 @@ static gnp_status lay_out(struct gnp_lu_plan *plan, unsigned workers, struct gnp
 			plan->step[plan->symbolic.order[k]] = (uint32_t)k;
 		plan->value_start[0] = 0;
 		for (size_t s = 0; s < supernodes; s++) {
-			size_t w = gnp_lu_plan_width(plan, s), rows = gnp_lu_plan_rows(plan, s);
+			size_t w = gnp_factor_plan_width(plan, s), rows = gnp_factor_plan_rows(plan, s);
 			plan->value_start[s + 1] = plan->value_start[s] + w * (plan->symmetric ? rows : 2 * rows - w);
 		}
 		link_fronts(plan, spare);
@@ -203,10 +205,11 @@ static gnp_status lay_out(struct gnp_lu_plan *plan, unsigned workers, struct gnp
 	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory to plan %zu unknowns", n);
 }
 
-gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, bool symmetric, const double *points, struct gnp_pool *pool, struct gnp_task *task,
-                            struct gnp_lu_plan *out, struct gnp_error *error)
+gnp_status gnp_factor_plan_make(const struct gnp_csr *matrix, bool symmetric, const double *points,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_factor_plan *out,
+                                struct gnp_error *error)
 {
-	struct gnp_lu_plan plan = {.symmetric = symmetric};
+	struct gnp_factor_plan plan = {.symmetric = symmetric};
 	struct gnp_csr pattern;
 	gnp_status status = symmetric_pattern(matrix, &pattern, error);
 	if (status != GNP_OK)
@@ -225,6 +228,6 @@ gnp_status gnp_lu_plan_make(const struct gnp_csr *matrix, bool symmetric, const 
 	if (status == GNP_OK)
 		*out = plan;
 	else
-		gnp_lu_plan_clear(&plan);
+		gnp_factor_plan_clear(&plan);
 	return status;
 }

@@ -1,4 +1,4 @@
-/* The reserve of memory: what malloc gives when the system has nothing left. The process may have no more address space than it has, and
+/* The reserve of memory: what gnpd's malloc gives when the system has nothing left. The process may have no more address space than it has, and
  * what is left of that is taken first. Sanitizers have a malloc of their own: with them there is only the way in. */
 #include "tests/unit/test.h"
 
@@ -8,7 +8,8 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "core/base/reserve.h"
+#include "core/base/headroom.h"
+#include "server/base/reserve.h"
 
 #if defined __SANITIZE_ADDRESS__ || defined __SANITIZE_THREAD__
 #define REPLACED false
@@ -63,13 +64,13 @@ static bool marks_stand(size_t count)
 static void small_pieces_come_from_the_reserve(void)
 {
 	struct gnp_error error = {0};
-	CHECK(gnp_reserve_enter("test", 1000, &error) == GNP_OK);
+	CHECK(gnp_headroom_need("test", 1000, &error) == GNP_OK);
 	if (!REPLACED)
 		return;
 	size_t count = exhaust(), taken = take_small();
 	bool stand = marks_stand(taken);
 	void *large = malloc(100000), *grown = realloc(pieces[0], 2 * PIECE);
-	gnp_status full = gnp_reserve_enter("test", 1, &error);
+	gnp_status full = gnp_headroom_need("test", 1, &error);
 	for (size_t i = 0; i < taken; i++)
 		free(pieces[i]);
 	unsigned char *zeros = calloc(100, 100);
@@ -84,7 +85,7 @@ static void small_pieces_come_from_the_reserve(void)
 	CHECK(zero && fault == 0 && (uintptr_t)aligned % 64 == 0);
 	free(zeros);
 	free(aligned);
-	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+	CHECK(gnp_headroom_need("test", 1000, NULL) == GNP_OK);
 }
 
 static bool is_filled(const unsigned char *piece, unsigned char mark, size_t size)
@@ -100,7 +101,7 @@ static void pieces_of_the_c_library_grow_into_the_reserve(void)
 {
 	if (!REPLACED)
 		return;
-	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+	CHECK(gnp_headroom_need("test", 1000, NULL) == GNP_OK);
 	unsigned char *own = malloc(PIECE);
 	size_t usable = malloc_usable_size(own), count = exhaust(), taken = 0, reserved = 0;
 	memset(own, 7, PIECE);
@@ -118,7 +119,7 @@ static void pieces_of_the_c_library_grow_into_the_reserve(void)
 	CHECK(grown && again && kept && grown_to == 8 * PIECE && none);
 	free(gone);
 	CHECK(malloc_usable_size(NULL) == 0);
-	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+	CHECK(gnp_headroom_need("test", 1000, NULL) == GNP_OK);
 }
 
 static void whole_pages_are_given_as_ever(void)
@@ -142,7 +143,7 @@ static void long_lived_pieces_pin_little(void)
 	for (size_t i = 1; i < taken; i++)
 		free(pieces[i]);
 	recover(count);
-	CHECK(gnp_reserve_enter("test", 1000, NULL) == GNP_OK);
+	CHECK(gnp_headroom_need("test", 1000, NULL) == GNP_OK);
 	memset(pieces[0], 1, PIECE);
 	pieces[0] = realloc(pieces[0], 100000); /* out of the reserve */
 	CHECK(pieces[0] && ((unsigned char *)pieces[0])[PIECE - 1] == 1);
@@ -154,12 +155,13 @@ static void more_than_there_is_is_refused(void)
 	struct gnp_error error = {0};
 	if (!REPLACED) /* a sanitizer ends the process for that */
 		return;
-	CHECK(gnp_reserve_enter("test", SIZE_MAX / 4, &error) == GNP_OUT_OF_MEMORY);
+	CHECK(gnp_headroom_need("test", SIZE_MAX / 4, &error) == GNP_OUT_OF_MEMORY);
 	CHECK_CONTAINS(error.text, "test: no memory for 4611686018427387903 bytes");
 }
 
 int main(int argc, char **argv)
 {
+	gnpd_reserve_install();
 	static const struct test tests[] = {TEST(small_pieces_come_from_the_reserve), TEST(long_lived_pieces_pin_little),
 	                                    TEST(pieces_of_the_c_library_grow_into_the_reserve), TEST(whole_pages_are_given_as_ever),
 	                                    TEST(more_than_there_is_is_refused)};

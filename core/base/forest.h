@@ -14,7 +14,8 @@ struct gnp_forest {
 	uint32_t *size;   /* (count) members of the set; at roots only */
 };
 
-/* count sets of one point, count < 2^31. false when memory is exhausted. Cleared by gnp_forest_clear, also on failure. */
+/* count sets of one point, count < 2^31. false when memory is exhausted. Cleared by gnp_forest_clear, also on
+ * failure. */
 bool gnp_forest_init(struct gnp_forest *forest, size_t count);
 void gnp_forest_clear(struct gnp_forest *forest);
 

@@ -1,4 +1,4 @@
-#include "core/cloud/forest.h"
+#include "core/base/forest.h"
 
 #include <stdlib.h>
 

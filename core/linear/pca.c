@@ -1,4 +1,4 @@
-#include "core/cloud/pca.h"
+#include "core/linear/pca.h"
 
 #include <math.h>
 

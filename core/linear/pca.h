@@ -10,8 +10,8 @@ struct gnp_pca {
 	double axes[3][3]; /* row a: the unit vector of values[a]; orthonormal, right-handed, axes[2] the plane's normal */
 };
 
-/* Of points[index[0]] .. points[index[count - 1]]; any finite points at any scale, equal and collinear ones too. count >= 1.
- * Deterministic; which of its two directions an axis takes means nothing. */
+/* Of points[index[0]] .. points[index[count - 1]]; any finite points at any scale, equal and collinear ones too.
+ * count >= 1. Deterministic; which of its two directions an axis takes means nothing. */
 void gnp_pca_fit(const double *points, const uint32_t *index, size_t count, struct gnp_pca *out);
 
 #endif

@@ -1,22 +1,25 @@
-#include "core/linear/lu_front.h"
+#include "core/linear/factor_front.h"
 
 #include <math.h>
 
 #include "core/linear/linalg.h"
 
 /* The lower triangle: places ascend, so what is below the diagonal stays below it. */
-static void add_symmetric(struct gnp_lu_front *front, const double *block, size_t border, const uint32_t *place, size_t begin, size_t end)
+static void add_symmetric(struct gnp_factor_front *front, const double *block, size_t border, const uint32_t *place,
+                          size_t begin, size_t end)
 {
 	for (size_t j = begin; j < end; j++) {
 		const double *from = block + j * border;
-		size_t before = place[j] < front->width ? 0 : front->width; /* the rows that are not in the block of this column */
-		double *to = before ? front->border_block + (place[j] - before) * front->border : front->panel + place[j] * front->rows;
+		size_t before = place[j] < front->width ? 0 : front->width; /* rows that are not in this column's block */
+		double *to = before ? front->border_block + (place[j] - before) * front->border
+		                    : front->panel + place[j] * front->rows;
 		for (size_t i = j; i < border; i++)
 			to[place[i] - before] += from[i];
 	}
 }
 
-void gnp_lu_front_add(struct gnp_lu_front *front, const double *block, size_t border, const uint32_t *place, size_t begin, size_t end)
+void gnp_factor_front_add(struct gnp_factor_front *front, const double *block, size_t border, const uint32_t *place,
+                          size_t begin, size_t end)
 {
 	size_t inner = 0; /* rows that land on pivots */
 	if (front->symmetric) {
@@ -90,14 +93,14 @@ static size_t factor_tall(double *a, size_t leading, size_t rows, size_t columns
 	return done;
 }
 
-size_t gnp_lu_front_pivot(struct gnp_lu_front *front, double smallest)
+size_t gnp_factor_front_pivot(struct gnp_factor_front *front, double smallest)
 {
 	if (front->symmetric)
 		return gnp_linalg_cholesky(front->width, front->panel, front->rows, smallest);
 	return factor_tall(front->panel, front->rows, front->width, front->width, smallest, front->pivot);
 }
 
-void gnp_lu_front_rows(struct gnp_lu_front *front, size_t begin, size_t end)
+void gnp_factor_front_rows(struct gnp_factor_front *front, size_t begin, size_t end)
 {
 	double *rows = front->panel + front->width + begin;
 	if (front->symmetric)
@@ -106,16 +109,17 @@ void gnp_lu_front_rows(struct gnp_lu_front *front, size_t begin, size_t end)
 		gnp_linalg_solve_upper_right(end - begin, front->width, front->panel, front->rows, rows, front->rows);
 }
 
-static void square_columns(struct gnp_lu_front *front, size_t begin, size_t end)
+static void square_columns(struct gnp_factor_front *front, size_t begin, size_t end)
 {
 	for (size_t next; begin < end; begin = next) {
-		next = end - begin > GNP_LU_FRONT_COLUMNS ? begin + GNP_LU_FRONT_COLUMNS : end;
-		gnp_linalg_subtract_square(front->border - begin, next - begin, front->width, front->panel + front->width + begin, front->rows,
+		next = end - begin > GNP_FACTOR_FRONT_COLUMNS ? begin + GNP_FACTOR_FRONT_COLUMNS : end;
+		gnp_linalg_subtract_square(front->border - begin, next - begin, front->width,
+		                           front->panel + front->width + begin, front->rows,
 		                           front->border_block + begin * front->border + begin, front->border);
 	}
 }
 
-void gnp_lu_front_columns(struct gnp_lu_front *front, size_t begin, size_t end)
+void gnp_factor_front_columns(struct gnp_factor_front *front, size_t begin, size_t end)
 {
 	if (front->symmetric) {
 		square_columns(front, begin, end);
@@ -125,6 +129,6 @@ void gnp_lu_front_columns(struct gnp_lu_front *front, size_t begin, size_t end)
 	for (size_t k = 0; k < front->width; k++)
 		exchange_rows(over, front->width, end - begin, k, front->pivot[k]);
 	gnp_linalg_solve_lower(front->width, end - begin, front->panel, front->rows, over, front->width);
-	gnp_linalg_subtract_product(front->border, end - begin, front->width, front->panel + front->width, front->rows, over,
-	                            front->width, block, front->border);
+	gnp_linalg_subtract_product(front->border, end - begin, front->width, front->panel + front->width, front->rows,
+	                            over, front->width, block, front->border);
 }
