@@ -5,12 +5,9 @@
 
 #include "clients/command.h"
 #include "core/base/names.h"
+#include "core/base/version.h"
 #include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
-
-#ifndef GNP_VERSION
-#define GNP_VERSION "0.1.0"
-#endif
 
 static const struct gnp_command *const commands[] = {
 	&gnp_command_sample, &gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,

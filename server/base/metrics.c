@@ -4,7 +4,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/config/config.h"
+#include "core/base/version.h"
 
 static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
                                               409, 410, 413, 414, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
@@ -195,12 +195,18 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 		{"queue_requests", "gauge", "Requests that wait for a runner.", (double)state->waiting},
 		{"queue_bytes", "gauge", "Bodies and estimated memory of all requests held.", (double)state->bytes},
 		{"running_requests", "gauge", "Requests that are being computed.", (double)state->running},
-		{"operator_cache_operators", "gauge", "Prepared operators kept.", (double)cache->entries},
-		{"operator_cache_bytes", "gauge", "Bytes of prepared operators kept.", (double)cache->bytes},
-		{"operator_cache_limit_bytes", "gauge", "Most bytes of them.", (double)cache->limit},
-		{"operator_cache_hits_total", "counter", "Requests that found their operator.", (double)cache->hits},
-		{"operator_cache_misses_total", "counter", "Requests that made their operator.", (double)cache->misses},
-		{"operator_cache_evictions_total", "counter", "Operators let go for want of room.", (double)cache->evictions},
+		{"prepared_cache_operators", "gauge", "Prepared operators kept.", (double)cache->entries},
+		{"prepared_cache_bytes", "gauge", "Bytes of prepared operators kept.", (double)cache->bytes},
+		{"prepared_cache_limit_bytes", "gauge", "Most bytes of them.", (double)cache->limit},
+		{"prepared_cache_hits_total", "counter", "Requests that found their operator.", (double)cache->hits},
+		{"prepared_cache_misses_total", "counter", "Requests that made their operator.", (double)cache->misses},
+		{"prepared_cache_evictions_total", "counter", "Operators let go for want of room.", (double)cache->evictions},
+		{"operator_cache_operators", "gauge", "Old name of gnpd_prepared_cache_operators.", (double)cache->entries},
+		{"operator_cache_bytes", "gauge", "Old name of gnpd_prepared_cache_bytes.", (double)cache->bytes},
+		{"operator_cache_limit_bytes", "gauge", "Old name of gnpd_prepared_cache_limit_bytes.", (double)cache->limit},
+		{"operator_cache_hits_total", "counter", "Old name of gnpd_prepared_cache_hits_total.", (double)cache->hits},
+		{"operator_cache_misses_total", "counter", "Old name of gnpd_prepared_cache_misses_total.", (double)cache->misses},
+		{"operator_cache_evictions_total", "counter", "Old name of gnpd_prepared_cache_evictions_total.", (double)cache->evictions},
 		{"workers", "gauge", "Compute threads.", (double)workers},
 		{"start_time_seconds", "gauge", "Start of the process since the epoch.", metrics->started},
 	};
@@ -215,7 +221,7 @@ gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct g
 {
 	gnp_status status = write_family(buffer, "build_info", "gauge", "The version and build that run, as labels.", error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"%s\"} 1\n", metrics->build);
+		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNP_VERSION "\",build=\"%s\"} 1\n", metrics->build);
 	if (status == GNP_OK)
 		status = write_requests(metrics, buffer, error);
 	if (status == GNP_OK)

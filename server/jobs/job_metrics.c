@@ -1,7 +1,8 @@
 /* The jobs in Prometheus text form. */
-#include "server/api/server.h"
+#include "server/config/config.h"
+#include "server/jobs/job.h"
 #include "server/jobs/job_watch.h"
-#include "server/jobs/jobs.h"
+#include "server/work/engine.h"
 
 static gnp_status family(struct gnp_buffer *buffer, const char *name, const char *type, const char *help, struct gnp_error *error)
 {
@@ -38,8 +39,7 @@ static gnp_status write_refused(const struct gnpd_jobs_counts *counts, struct gn
 
 gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	struct gnpd_server *server = gnpd_jobs_server(jobs);
-	const struct gnpd_config *config = server->config;
+	const struct gnpd_config *config = jobs->engine->config;
 	struct gnpd_jobs_counts counts;
 	gnpd_jobs_count(jobs, &counts);
 	const struct {
@@ -56,7 +56,7 @@ gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *bu
 		{"_bytes", "gauge", "Bytes of bodies, checkpoints and results kept.", (double)counts.bytes},
 		{"_memory_bytes", "gauge", "Memory held by jobs that run.", (double)counts.memory},
 		{"_memory_bytes_limit", "gauge", "Most memory of them.", (double)gnpd_jobs_memory_most(jobs)},
-		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(server->watchers)},
+		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(jobs->watchers)},
 		{"_limit", "gauge", "Most jobs kept.", (double)config->jobs_count},
 		{"_bytes_limit", "gauge", "Most bytes of them.", (double)config->jobs_bytes},
 		{"_queue_limit", "gauge", "Most jobs that may wait.", (double)config->jobs_queue_count},

@@ -7,6 +7,7 @@
 #include "server/api/request.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
 #include "server/parse/duration.h"
 #include "server/parse/framing.h"
 #include "server/parse/range.h"
@@ -157,7 +158,7 @@ static void handle(struct gnpd_request *request, char *line, char *rest, struct 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
 	struct gnpd_config config;
-	struct gnpd_server server = {.config = &config};
+	struct gnpd_server server = {.engine.config = &config};
 	struct gnpd_request request = {.server = &server};
 	struct gnp_error error = {0};
 	char *text = fuzz_text(data, size), *end = strchr(text, '\n');
