@@ -26,6 +26,8 @@ CC      ?= cc
 SAN     ?=
 SEED    ?= 1
 TEST    ?=
+COVER   ?= unit cli e2e
+FILES   ?=
 
 # Everything is built in OUT: what a sanitizer makes gets a folder of its own.
 comma := ,
@@ -71,7 +73,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak bench validate validate-pde train cards scans openapi install install-library deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde train cards scans openapi install install-library deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -176,6 +178,18 @@ property-programs: $(OUT)/gnpd $(OUT)/tests/property/property
 
 soak: all $(OUT)/tests/failing_malloc.so ## the long tests against abuse: about 10 minutes; SOAK=0.1 shortens them, SAN= as for test
 	GNPD=$(OUT)/gnpd tests/soak/run
+
+lint: ## cppcheck and clang-tidy; findings that are no faults are listed in tests/lint/accepted (minutes). FILES="core/base/pool.c": these alone
+	@deploy/install-deps.sh --check lint
+	tests/lint/run $(FILES)
+
+# Workers that run the same lines at once lose some of their counts, but whether a line ran is seen.
+coverage: ## the lines that tests run, per folder, in a build folder of its own: COVER="unit cli e2e" are the suites
+	@deploy/install-deps.sh --check test
+	@$(MAKE) --no-print-directory BUILD='$(BUILD)/coverage' SAN= OPT=-O1 SANFLAGS=--coverage covered
+	tests/coverage '$(BUILD)/coverage' $(COVER)
+
+covered: all $(TESTS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd
 
 check: ## the rules of the house that a compiler does not know
 	tests/check-house

@@ -58,7 +58,7 @@ static void put(struct line *line, const char *format, ...)
  * between the quotes of JSON. */
 static void put_escaped(struct line *line, const char *text, size_t most, bool quoted)
 {
-	for (size_t i = 0; text[i] && i < most; i++) {
+	for (size_t i = 0; i < most && text[i]; i++) {
 		unsigned char c = (unsigned char)text[i];
 		if (quoted && (c == '"' || c == '\\'))
 			put(line, "\\%c", c);
