@@ -2,8 +2,8 @@
  *
  * A kind is a table of functions over an index of its own making. index_flann.c is the one that serves; tests put
  * a plain one beside it and demand the same rows (gnp_neighbors_build_on). Searches are exact and safe from many
- * threads at once. Which points come is defined but for ties; their order is free, and neighbors.c computes all
- * distances anew. */
+ * threads at once. Their order is free, ties at the end of an answer too, and neighbors.c computes all distances
+ * anew. */
 #ifndef GNP_CORE_INDEX_H
 #define GNP_CORE_INDEX_H
 

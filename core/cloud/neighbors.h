@@ -44,7 +44,7 @@ gnp_status gnp_neighbors_within(const struct gnp_neighbors *neighbors, const dou
                                 uint32_t *index, double *distance, size_t *count, struct gnp_scratch *scratch,
                                 struct gnp_error *error);
 
-/* The same as the search tree has them, in its order and perhaps with some that are a millionth farther: found,
+/* The same, as the search tree has them: in its order and perhaps with some that are a millionth farther: found,
  * and spare memory in square, (most) each. Returns how many. */
 size_t gnp_neighbors_candidates(const struct gnp_neighbors *neighbors, const double *place, double radius, size_t most,
                                 int *found, double *square);
