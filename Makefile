@@ -194,8 +194,8 @@ covered: all $(TESTS) $(OUT)/tests/failing_malloc.so $(OUT)/tests/dying_gnpd
 check: ## the rules of the house that a compiler does not know
 	tests/check-house
 
-openapi: $(OUT)/tests/write_openapi ## write proto/openapi.yaml from the operation table
-	$< > proto/openapi.yaml
+openapi: $(OUT)/tests/write_openapi ## write server/openapi.yaml from the operation table
+	$< > server/openapi.yaml
 
 bench: all $(OUT)/tests/bench/bench ## time the core and HTTP; writes bench.json and bench_http.json in the build folder
 	$(OUT)/tests/bench/bench $(OUT)/bench.json
@@ -254,5 +254,5 @@ clean: ## remove what was built
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
--include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests tests/unit,$(call sources,$(top))))
+-include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests,$(call sources,$(top))) $(UNIT))
 endif

@@ -8,6 +8,8 @@
 #include "core/base/version.h"
 #include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
+#include "proto/operation/operations.h"
+#include "proto/operation/usage.h"
 
 static const struct gnp_command *const commands[] = {
 	&gnp_command_sample, &gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,

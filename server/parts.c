@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include "core/base/pool.h"
-#include "proto/operation/operation.h"
 #include "proto/operation/prepared_cache.h"
 #include "server/access/guard.h"
+#include "server/api/openapi.h"
 #include "server/api/reloader.h"
 #include "server/base/notify.h"
 #include "server/base/queue.h"
@@ -115,7 +115,7 @@ static void stop_tls(struct gnpd_daemon *daemon)
 
 static gnp_status write_openapi(struct gnpd_daemon *daemon, struct gnp_error *error)
 {
-	gnp_status status = gnp_openapi_write(&daemon->server.openapi, error);
+	gnp_status status = gnpd_openapi_write(&daemon->server.openapi, error);
 	if (status != GNP_OK)
 		gnp_buffer_clear(&daemon->server.openapi);
 	return status;

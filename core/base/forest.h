@@ -19,6 +19,8 @@ struct gnp_forest {
 bool gnp_forest_init(struct gnp_forest *forest, size_t count);
 void gnp_forest_clear(struct gnp_forest *forest);
 
+/* Finding and joining among n points takes O(log n) at worst and hardly more than O(1) on average; 8 bytes a point. */
+
 /* The root of point's set; *flipped: whether point's sign is opposite to the root's. */
 uint32_t gnp_forest_find(struct gnp_forest *forest, uint32_t point, bool *flipped);
 

@@ -46,6 +46,7 @@ enum { MEMBERS = 12, CANDIDATES_MIN = 1024, CANDIDATES_MAX = 8192 };
 struct group {
 	const struct gnp_neighbors *neighbors;
 	const double *points;
+	struct gnp_scratch *scratch;
 	size_t k, most;
 	double ratio;
 	double guess;       /* r_k of the points just before, the first estimate of the next ones'; 0: there are none */
@@ -66,8 +67,9 @@ struct group {
 	double *distance;
 };
 
-static bool group_take(struct group *group, struct gnp_scratch *scratch)
+static bool group_take(struct group *group)
 {
+	struct gnp_scratch *scratch = group->scratch;
 	/* The group's ball has about twice the radius of a row's. */
 	double expected = 8 * group->ratio * group->ratio * (double)group->k;
 	group->capacity = (size_t)fmin(fmax(expected, CANDIDATES_MIN), CANDIDATES_MAX);
@@ -189,80 +191,97 @@ static bool row_from_candidates(struct group *group, size_t i)
 }
 
 /* The row of point i by searches of its own. */
-static gnp_status row_from_search(struct group *group, size_t i, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status row_from_search(struct group *group, size_t i, struct gnp_error *error)
 {
 	const double *p = group->points + 3 * i;
-	gnp_status status =
-		gnp_neighbors_knn(group->neighbors, p, 1, group->k, group->index, group->distance, scratch, error);
+	gnp_status status = gnp_neighbors_knn(group->neighbors, p, 1, group->k, group->index, group->distance,
+	                                      group->scratch, error);
 	if (status != GNP_OK)
 		return status;
 	group->r_k = group->distance[group->k - 1];
 	return gnp_neighbors_within(group->neighbors, p, group->ratio * group->r_k, group->most, group->index,
-	                            group->distance, &group->length, scratch, error);
+	                            group->distance, &group->length, group->scratch, error);
 }
 
-static gnp_status group_row(struct group *group, size_t i, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status group_row(struct group *group, size_t i, struct gnp_error *error)
 {
-	return row_from_candidates(group, i) ? GNP_OK : row_from_search(group, i, scratch, error);
+	return row_from_candidates(group, i) ? GNP_OK : row_from_search(group, i, error);
 }
 
 /* --- the rows --- */
 
-static bool rows_take(struct gnp_neighborhoods *out, size_t capacity, struct gnp_scratch *scratch)
-{
-	out->start = gnp_scratch_take(scratch, out->count + 1, sizeof *out->start);
-	out->r_k = gnp_scratch_take(scratch, out->count, sizeof *out->r_k);
-	out->index = gnp_scratch_take(scratch, capacity, sizeof *out->index);
-	out->distance = gnp_scratch_take(scratch, capacity, sizeof *out->distance);
-	return out->start && out->r_k && out->index && out->distance;
-}
+/* The answer as it grows. */
+struct rows {
+	struct gnp_neighborhoods *out;
+	size_t count;    /* rows so far */
+	size_t capacity; /* entries there is room for */
+	struct gnp_scratch *scratch;
+};
 
-/* Appends the row just built; the arrays of out grow in scratch by doubling. */
-static bool append_row(struct gnp_neighborhoods *out, size_t *capacity, size_t row, const struct group *group,
-                       struct gnp_scratch *scratch)
+static bool rows_take(struct rows *rows)
 {
-	size_t used = out->start[row], length = group->length;
-	if (used + length > *capacity) {
-		size_t larger = 2 * (used + length);
-		uint32_t *index = gnp_scratch_take(scratch, larger, sizeof *index);
-		double *distance = gnp_scratch_take(scratch, larger, sizeof *distance);
-		if (!index || !distance)
-			return false;
-		memcpy(index, out->index, used * sizeof *index);
-		memcpy(distance, out->distance, used * sizeof *distance);
-		out->index = index;
-		out->distance = distance;
-		*capacity = larger;
-	}
-	memcpy(out->index + used, group->index, length * sizeof *out->index);
-	memcpy(out->distance + used, group->distance, length * sizeof *out->distance);
-	out->start[row + 1] = used + length;
-	out->r_k[row] = group->r_k;
+	struct gnp_neighborhoods *out = rows->out;
+	out->start = gnp_scratch_take(rows->scratch, out->count + 1, sizeof *out->start);
+	out->r_k = gnp_scratch_take(rows->scratch, out->count, sizeof *out->r_k);
+	out->index = gnp_scratch_take(rows->scratch, rows->capacity, sizeof *out->index);
+	out->distance = gnp_scratch_take(rows->scratch, rows->capacity, sizeof *out->distance);
+	if (!out->start || !out->r_k || !out->index || !out->distance)
+		return false;
+	out->start[0] = 0;
 	return true;
 }
 
-static gnp_status no_memory(size_t rows, struct gnp_error *error)
+/* By doubling; what is outgrown stays in scratch. */
+static bool rows_grow(struct rows *rows, size_t used, size_t need)
 {
-	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu neighbourhoods", rows);
+	struct gnp_neighborhoods *out = rows->out;
+	uint32_t *index = gnp_scratch_take(rows->scratch, 2 * need, sizeof *index);
+	double *distance = gnp_scratch_take(rows->scratch, 2 * need, sizeof *distance);
+	if (!index || !distance)
+		return false;
+	memcpy(index, out->index, used * sizeof *index);
+	memcpy(distance, out->distance, used * sizeof *distance);
+	out->index = index;
+	out->distance = distance;
+	rows->capacity = 2 * need;
+	return true;
 }
 
-/* Rows [first, last), whose centres are one group. */
-static gnp_status find_rows(struct group *group, const uint32_t *centres, size_t first, size_t last,
-                            struct gnp_scratch *scratch, struct gnp_neighborhoods *out, size_t *capacity,
+/* Appends the row that the group has just built. */
+static bool rows_append(struct rows *rows, const struct group *group)
+{
+	struct gnp_neighborhoods *out = rows->out;
+	size_t used = out->start[rows->count], length = group->length;
+	if (used + length > rows->capacity && !rows_grow(rows, used, used + length))
+		return false;
+	memcpy(out->index + used, group->index, length * sizeof *out->index);
+	memcpy(out->distance + used, group->distance, length * sizeof *out->distance);
+	out->r_k[rows->count] = group->r_k;
+	out->start[++rows->count] = used + length;
+	return true;
+}
+
+static gnp_status no_memory(size_t count, struct gnp_error *error)
+{
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "neighbors: no memory for %zu neighbourhoods", count);
+}
+
+/* The rows of one group's centres. */
+static gnp_status find_rows(struct group *group, const uint32_t *centres, size_t count, struct rows *rows,
                             struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	double widest = 0;
 	if (group->guess == 0) { /* nothing to go by yet */
-		status = row_from_search(group, centres[first], scratch, error);
+		status = row_from_search(group, centres[0], error);
 		group->guess = group->r_k;
 	}
 	if (status == GNP_OK)
-		group_gather(group, centres + first, last - first);
-	for (size_t row = first; row < last && status == GNP_OK; row++) {
-		status = group_row(group, centres[row], scratch, error);
-		if (status == GNP_OK && !append_row(out, capacity, row, group, scratch))
-			status = no_memory(out->count, error);
+		group_gather(group, centres, count);
+	for (size_t c = 0; c < count && status == GNP_OK; c++) {
+		status = group_row(group, centres[c], error);
+		if (status == GNP_OK && !rows_append(rows, group))
+			status = no_memory(rows->out->count, error);
 		widest = fmax(widest, group->r_k);
 	}
 	group->guess = widest;
@@ -276,18 +295,17 @@ gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const u
 	size_t points = gnp_neighbors_count(neighbors);
 	if (k < 1 || k > points || most < k)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "k: got %zu, need 1..%zu", k, most < points ? most : points);
-	struct group group = {.neighbors = neighbors, .points = gnp_neighbors_points(neighbors), .k = k, .ratio = ratio,
-	                      .most = most < points ? most : points};
+	struct group group = {.neighbors = neighbors, .points = gnp_neighbors_points(neighbors), .scratch = scratch,
+	                      .k = k, .ratio = ratio, .most = most < points ? most : points};
 	gnp_status status = gnp_neighbors_prepare(neighbors, group.most, error);
 	if (status != GNP_OK)
 		return status;
-	size_t capacity = count * (size_t)fmin(1.3 * ratio * ratio * (double)k + 8, (double)group.most);
+	struct rows rows = {.out = out, .scratch = scratch};
+	rows.capacity = count * (size_t)fmin(1.3 * ratio * ratio * (double)k + 8, (double)group.most);
 	*out = (struct gnp_neighborhoods){.count = count};
-	if (!rows_take(out, capacity, scratch) || !group_take(&group, scratch))
+	if (!rows_take(&rows) || !group_take(&group))
 		return no_memory(count, error);
-	out->start[0] = 0;
 	for (size_t first = 0; first < count && status == GNP_OK; first += MEMBERS)
-		status = find_rows(&group, centres, first, count - first > MEMBERS ? first + MEMBERS : count, scratch, out,
-		                   &capacity, error);
+		status = find_rows(&group, centres + first, count - first < MEMBERS ? count - first : MEMBERS, &rows, error);
 	return status;
 }

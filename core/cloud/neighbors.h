@@ -1,8 +1,8 @@
 /* Finds the nearest points of a cloud, and those within a distance, exactly.
  *
  * The points are the caller's: they must stay unchanged and alive while the index lives. Searches are safe from many
- * threads at once. Distances are Euclidean (not squared). Building takes O(n log n) and some 50 bytes a point, a search
- * O(log n + points found). The tree itself is index.h's. */
+ * threads at once. Distances are Euclidean (not squared). Building takes O(n log n) and 64 bytes a point, of which 48
+ * stay; a search O(log n + points found). The tree itself is index.h's. */
 #ifndef GNP_CORE_NEIGHBORS_H
 #define GNP_CORE_NEIGHBORS_H
 

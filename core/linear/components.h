@@ -22,7 +22,7 @@ struct gnp_components {
 };
 
 /* matrix (n, n); values are not read. given (n): 1 for unknowns that are given, which count as none and mention no
- * others; NULL: none is. */
+ * others; NULL: none is. O(n + entries); 45 bytes an unknown, of which 16 stay. */
 gnp_status gnp_components_find(const struct gnp_csr *matrix, const unsigned char *given, struct gnp_components *out,
                                struct gnp_error *error);
 void gnp_components_clear(struct gnp_components *components);

@@ -10,7 +10,8 @@ enum { ROWS_A_CHUNK = 2048, PRODUCT_ROWS_A_CHUNK = 512 };
 gnp_status gnp_csr_allocate(size_t rows, size_t columns, size_t entries, struct gnp_csr *out, struct gnp_error *error)
 {
 	struct gnp_csr matrix = {.rows = rows, .columns = columns, .row_offsets = gnp_array_zero(rows + 1, sizeof(size_t)),
-	.column = gnp_array_new(entries, sizeof(uint32_t)), .value = gnp_array_new(entries, sizeof(double))};
+	                         .column = gnp_array_new(entries, sizeof(uint32_t)),
+	                         .value = gnp_array_new(entries, sizeof(double))};
 	if (!matrix.row_offsets || !matrix.column || !matrix.value) {
 		gnp_csr_clear(&matrix);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "matrix: no memory for %zu entries in %zu rows", entries, rows);

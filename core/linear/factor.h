@@ -15,7 +15,9 @@ struct gnp_factor; /* opaque, immutable, shared between threads */
 
 /* Takes the plan made for this matrix's structure, also on failure. GNP_SINGULAR with the step where no pivot was
  * found, also for entries that are not finite; GNP_CANCELLED within one front. Deterministic for any worker count.
- * task may be NULL; its stage advances by plan->symbolic.supernodes items. */
+ * task may be NULL; its stage advances by plan->symbolic.supernodes items. On a surface O(n^1.5) operations and
+ * O(n log n) memory: with 13 entries a row some 380 n^1.5, and 2.2 kB an unknown at n = 100,000. The plan has the
+ * numbers: operations, bytes, peak_bytes. */
 gnp_status gnp_factor_make_take(const struct gnp_csr *matrix, struct gnp_factor_plan *plan, struct gnp_pool *pool,
                                 struct gnp_task *task, struct gnp_factor **out, struct gnp_error *error);
 void gnp_factor_free(struct gnp_factor *factor);

@@ -29,7 +29,8 @@ struct gnp_factor_plan {
 };
 
 /* matrix (n, n) need not be symmetric in structure, unless the caller says that it is symmetric and positive
- * definite. points (n, 3): where the unknowns are (dissection.h). */
+ * definite. points (n, 3): where the unknowns are (dissection.h).
+ * O(entries log n); with 13 entries a row some 410 bytes an unknown while it runs, of which 50 stay. */
 gnp_status gnp_factor_plan_make(const struct gnp_csr *matrix, bool symmetric, const double *points,
                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_factor_plan *out,
                                 struct gnp_error *error);

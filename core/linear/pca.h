@@ -11,7 +11,7 @@ struct gnp_pca {
 };
 
 /* Of points[index[0]] .. points[index[count - 1]]; any finite points at any scale, equal and collinear ones too.
- * count >= 1. Deterministic; which of its two directions an axis takes means nothing. */
+ * count >= 1. Deterministic; which of its two directions an axis takes means nothing. O(count), no memory. */
 void gnp_pca_fit(const double *points, const uint32_t *index, size_t count, struct gnp_pca *out);
 
 #endif

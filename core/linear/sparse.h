@@ -16,7 +16,8 @@ struct gnp_symbolic {
 };
 
 /* pattern (n, n): symmetric in structure, values not read, n < 2^31. order (n): the elimination order wanted; it
- * is refined within what causes no more fill. GNP_OUT_OF_MEMORY. On failure *out is unchanged. */
+ * is refined within what causes no more fill. GNP_OUT_OF_MEMORY. On failure *out is
+ * unchanged. Nearly O(entries); some 12 bytes an entry and 200 an unknown while it runs, 32 an unknown stay. */
 gnp_status gnp_sparse_analyse(const struct gnp_csr *pattern, const uint32_t *order, struct gnp_symbolic *out,
                               struct gnp_error *error);
 void gnp_symbolic_clear(struct gnp_symbolic *symbolic);

@@ -1,5 +1,5 @@
 /* Sums and updates of long vectors, through the pool in chunks of fixed length: the same bytes for any number of
- * workers. */
+ * workers. O(count n); a sum takes 8 count bytes a chunk of 8192 entries. */
 #ifndef GNP_CORE_VECTORS_H
 #define GNP_CORE_VECTORS_H
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
 #include "server/api/server.h"
 #include "server/jobs/job_json.h"
 #include "server/jobs/jobs.h"

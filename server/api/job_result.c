@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/tensor/warnings.h"
 #include "server/api/server.h"
 #include "server/jobs/jobs.h"
@@ -36,7 +36,7 @@ static gnp_status choose_part(struct gnpd_request *request, const char *tag, siz
 static const char *type_of(const struct gnpd_job_record *record)
 {
 	const char *type = gnp_format_media_type_spelled(record->result_type);
-	return type ? type : gnp_format_media_type(GNP_FORMAT_COUNT);
+	return type ? type : gnp_format_generic_media_type;
 }
 
 /* The headers that the call's own answer would have had. */

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "core/base/names.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
 #include "server/api/admin.h"
 #include "server/api/job_list.h"
 #include "server/api/job_result.h"

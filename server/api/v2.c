@@ -2,6 +2,8 @@
 
 #include "core/base/version.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
+#include "proto/tensor/writer.h"
 #include "server/api/server.h"
 #include "server/base/metrics.h"
 
@@ -15,13 +17,13 @@ gnp_status gnpd_v2_server(struct gnpd_request *request, struct gnp_error *error)
 
 gnp_status gnpd_v2_index(struct gnpd_request *request, struct gnp_error *error)
 {
-	struct gnp_buffer *body = gnpd_reply_json(&request->reply, 200);
+	struct gnp_writer w = gnp_writer_to(gnpd_reply_json(&request->reply, 200), error);
 	const struct gnp_operation *operation;
-	gnp_status status = gnp_buffer_printf(body, error, "[");
-	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL && status == GNP_OK; i++)
-		status = gnp_buffer_printf(body, error, "%s{\"name\":\"%s\",\"version\":\"1\",\"state\":\"READY\"}", i ? "," : "",
-		                           operation->name);
-	return status == GNP_OK ? gnp_buffer_printf(body, error, "]\n") : status;
+	gnp_writer_text(&w, "[");
+	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++)
+		gnp_writer_printf(&w, "%s{\"name\":\"%s\",\"version\":\"1\",\"state\":\"READY\"}", i ? "," : "", operation->name);
+	gnp_writer_text(&w, "]\n");
+	return w.status;
 }
 
 gnp_status gnpd_v2_model(struct gnpd_request *request, struct gnp_error *error)

@@ -1,4 +1,5 @@
-/* The thread that watches connections: deadlines of their phases and of their work, and clients that have gone. */
+/* The thread that watches connections: deadlines of their phases and of their work, clients that have gone; and the
+ * end of all work when the daemon stops. */
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>

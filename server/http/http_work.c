@@ -4,6 +4,7 @@
 
 #include <math.h>
 
+#include "proto/operation/operations.h"
 #include "server/api/job_routes.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"

@@ -46,8 +46,8 @@ static gnp_status write_error(const struct gnpd_job_record *record, struct gnp_b
 static gnp_status write_result(const struct gnpd_job_record *record, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	return gnp_buffer_printf(buffer, error, ",\"result\":{\"bytes\":%" PRIu64 ",\"content_type\":\"%s\","
-	                         "\"href\":\"/v1/jobs/%s/result\",\"sha256\":\"%s\"}", record->result_bytes, record->result_type,
-	                         record->id, record->result_hash);
+	                         "\"href\":\"/v1/jobs/%s/result\",\"sha256\":\"%s\"}", record->result_bytes,
+	                         record->result_type, record->id, record->result_hash);
 }
 
 static gnp_status write_warning(const char *text, size_t length, bool first, struct gnp_buffer *buffer, struct gnp_error *error)

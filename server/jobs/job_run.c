@@ -4,6 +4,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "server/base/clock.h"
 #include "server/base/container.h"

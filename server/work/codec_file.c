@@ -3,17 +3,31 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/names.h"
+#include "proto/codec/parameters.h"
+#include "proto/file/accept.h"
 #include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/file/result.h"
-#include "proto/format/parameters.h"
+#include "proto/file/sniff.h"
 #include "server/config/config.h"
 #include "server/parse/duration.h"
 #include "server/parse/target.h"
 #include "server/work/engine.h"
 #include "server/work/work.h"
 
+static gnp_status unknown_format(const char *name, struct gnp_error *error)
+{
+	struct gnp_names known;
+	gnp_names_begin(&known, "", 0);
+	for (size_t i = 0; gnp_format_at(i); i++)
+		gnp_names_add(&known, gnp_format_at(i)->name);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "format: got \"%.64s\", known: %s", name, gnp_names_end(&known));
+}
+
 /* Takes ?format= out of the parameters; *named: there was one. */
-static gnp_status take_format(struct gnp_values *values, enum gnp_format *format, bool *named, struct gnp_error *error)
+static gnp_status take_format(struct gnp_values *values, const struct gnp_format **format, bool *named,
+                              struct gnp_error *error)
 {
 	*named = false;
 	for (size_t i = 0; i < values->count; i++) {
@@ -21,9 +35,7 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 		if (strcmp(value->name, "format") != 0)
 			continue;
 		if (!gnp_format_by_name(value->string, format))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                     "format: got \"%.64s\", known: ply, npy, npz, xyz, csv, pcd, obj, vtk, mtx, json",
-			                     value->string);
+			return unknown_format(value->string, error);
 		free(value->name);
 		free(value->string);
 		*value = values->items[--values->count];
@@ -34,7 +46,8 @@ static gnp_status take_format(struct gnp_values *values, enum gnp_format *format
 }
 
 static gnp_status input_format(const struct gnpd_work *work, const unsigned char *body, size_t size, bool named,
-                               enum gnp_format wanted, enum gnp_format *format, struct gnp_error *error)
+                               const struct gnp_format *wanted, const struct gnp_format **format,
+                               	struct gnp_error *error)
 {
 	if (!(work->content_type && gnp_format_by_media_type(work->content_type, format)) &&
 	    !gnp_format_by_magic(body, size, format)) {
@@ -50,10 +63,11 @@ static gnp_status input_format(const struct gnpd_work *work, const unsigned char
 	return GNP_OK;
 }
 
-static gnp_status output_format(const struct gnpd_work *work, bool named, enum gnp_format wanted,
-                                enum gnp_format input, struct gnp_format_choice *output, struct gnp_error *error)
+static gnp_status output_format(const struct gnpd_work *work, bool named, const struct gnp_format *wanted,
+                                const struct gnp_format *input, struct gnp_format_choice *output,
+                                	struct gnp_error *error)
 {
-	output->format = named ? wanted : gnp_format_writable(input) ? input : GNP_FORMAT_PLY;
+	output->format = named ? wanted : gnp_format_writable(input) ? input : &gnp_format_ply;
 	output->media_type = gnp_format_media_type(output->format);
 	output->asked = named;
 	if (work->accept && !gnp_format_by_accept(work->accept, output))
@@ -66,7 +80,7 @@ static gnp_status output_format(const struct gnpd_work *work, bool named, enum g
 
 static gnp_status decode(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error)
 {
-	enum gnp_format wanted = GNP_FORMAT_PLY, input = GNP_FORMAT_PLY;
+	const struct gnp_format *wanted = &gnp_format_ply, *input = &gnp_format_ply;
 	bool named;
 	gnp_status status = gnpd_query_parse(work->query, &work->message.parameters, error);
 	if (status == GNP_OK)
@@ -88,8 +102,8 @@ static gnp_status plan(struct gnpd_work *work, struct gnp_error *error)
 	struct gnp_format_choice *output = &work->output;
 	if (!output->asked && !gnp_result_fits(output->format, &work->call)) {
 		if (output->media_type == gnp_format_media_type(output->format))
-			output->media_type = gnp_format_media_type(GNP_FORMAT_NPZ);
-		output->format = GNP_FORMAT_NPZ;
+			output->media_type = gnp_format_media_type(&gnp_format_npz);
+		output->format = &gnp_format_npz;
 	}
 	return gnp_result_check(output->format, &work->call, error);
 }

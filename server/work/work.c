@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "proto/file/content_encoding.h"
+#include "proto/file/formats.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/warnings.h"
 #include "server/base/metrics.h"
 #include "server/base/queue.h"
@@ -156,9 +158,9 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
  * clients that say nothing or what they say of any body; files else. */
 static const struct gnpd_codec *choose_codec(const struct gnpd_work *work, const unsigned char *body, size_t size)
 {
-	enum gnp_format format;
+	const struct gnp_format *format;
 	bool named = work->content_type && gnp_format_by_media_type(work->content_type, &format);
-	if (work->inference_length || ((!named || format == GNP_FORMAT_JSON) && gnp_oip_is_request(body, size)))
+	if (work->inference_length || ((!named || format == &gnp_format_json) && gnp_oip_is_request(body, size)))
 		return &gnpd_codec_oip;
 	return &gnpd_codec_file;
 }

@@ -9,8 +9,9 @@
 #include "core/base/status.h"
 #include "core/base/task.h"
 #include "core/network/models.h"
+#include "proto/file/accept.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/message.h"
 #include "server/work/reply.h"
 

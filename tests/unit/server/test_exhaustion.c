@@ -12,8 +12,10 @@
 #include "proto/file/file.h"
 #include "proto/json/json_memory.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
 #include "core/base/pool.h"
 #include "server/access/guard.h"
+#include "server/api/openapi.h"
 #include "server/api/request.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
@@ -157,7 +159,7 @@ static void make_cloud(struct gnp_tensors *tensors, const char *extra)
 		((double *)tensor->data)[i] = 1 - (2 * (double)i + 1) / COUNT;
 }
 
-static void sweep_format(enum gnp_format format, const char *uri)
+static void sweep_format(const struct gnp_format *format, const char *uri)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_buffer body = {0};
@@ -170,11 +172,11 @@ static void sweep_format(enum gnp_format format, const char *uri)
 
 static void files_in_and_out(void)
 {
-	sweep_format(GNP_FORMAT_PLY, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_NPY, "/v1/estimate?estimator=gmls&k=20&format=json");
-	sweep_format(GNP_FORMAT_NPZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_XYZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_JSON, "/v1/estimate?estimator=gmls&k=20&format=vtk");
+	sweep_format(&gnp_format_ply, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_npy, "/v1/estimate?estimator=gmls&k=20&format=json");
+	sweep_format(&gnp_format_npz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_xyz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_json, "/v1/estimate?estimator=gmls&k=20&format=vtk");
 }
 
 static void sweep_text(const char *uri, const char *content_type, const char *head, const char *row)
@@ -207,7 +209,7 @@ static void compressed_bodies(void)
 	unsigned char packed[4096];
 	uLongf size = sizeof packed;
 	make_cloud(&tensors, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, NULL, &body, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, NULL, &body, NULL) == GNP_OK);
 	CHECK(compress(packed, &size, body.data, body.size) == Z_OK);
 	sweep(&(struct kind){.uri = "/v1/estimate?estimator=gmls&k=20", .encoding = "deflate", .body = packed, .size = size, .code = 200});
 	gnp_buffer_clear(&body);
@@ -279,7 +281,7 @@ static bool start(char *folder)
 	gnpd_metrics_init(&metrics);
 	gnp_json_memory_init();
 	struct gnpd_engine *engine = &server.engine;
-	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &engine->pool, NULL) == GNP_OK &&
+	return gnpd_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &engine->pool, NULL) == GNP_OK &&
 	       gnpd_loader_create(engine, &engine->loader, NULL) == GNP_OK &&
 	       gnp_prepared_cache_create(0, &engine->cache, NULL) == GNP_OK &&
 	       gnpd_queue_create(1, 10, 1u << 30, &engine->queue, NULL) == GNP_OK &&

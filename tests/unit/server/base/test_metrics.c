@@ -2,6 +2,7 @@
 #include "tests/unit/test.h"
 
 #include "core/base/version.h"
+#include "proto/operation/operations.h"
 #include "server/base/metrics.h"
 
 static char *write_text(const struct gnpd_metrics *metrics)
@@ -42,7 +43,7 @@ static void every_operation_has_a_row_of_its_own(void)
 		CHECK(gnpd_metrics_label(operation) < GNPD_LABELS);
 		gnpd_metrics_request(&metrics, gnpd_metrics_label(operation), 200, 0.25);
 	}
-	CHECK(!gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION) && gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION - 1));
+	CHECK(GNPD_LABELS == GNPD_LABEL_OPERATION + GNP_OPERATIONS_MAX && !gnp_operation_at(GNP_OPERATIONS_MAX));
 	char *text = write_text(&metrics);
 	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
 		char line[128];

@@ -14,6 +14,7 @@
 
 #include "core/base/pool.h"
 #include "core/linear/linalg.h"
+#include "proto/operation/operations.h"
 #include "server/base/log.h"
 #include "server/base/metrics.h"
 #include "server/config/config.h"
@@ -112,7 +113,7 @@ static inline gnp_status submit(const char *principal, const char *key, struct g
 	gnpd_work_init(&work, &engine, &reply);
 	work.operation = gnp_operation_find(operation);
 	work.query = query;
-	work.content_type = gnp_format_media_type(GNP_FORMAT_XYZ);
+	work.content_type = gnp_format_media_type(&gnp_format_xyz);
 	CHECK(gnp_buffer_append(&work.body, cloud.data, cloud.size, NULL) == GNP_OK);
 	gnp_status status = gnpd_work_check(&work, error);
 	needed = work.body.size + work.reserved + work.call.memory;

@@ -1,4 +1,5 @@
 /* The table of jobs without HTTP: whose they are, and what a disk that fails at any write makes of them. */
+#include "proto/operation/operations.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 
 static void jobs_are_their_principals(void)
@@ -469,7 +470,7 @@ static void a_job_that_waits_for_memory_is_no_refusal(void)
 	gnpd_work_init(&work, &engine, &reply);
 	work.operation = gnp_operation_find("estimate");
 	work.query = QUICK;
-	work.content_type = gnp_format_media_type(GNP_FORMAT_XYZ);
+	work.content_type = gnp_format_media_type(&gnp_format_xyz);
 	work.content_encoding = "deflate";
 	uLongf size = compressBound(cloud.size);
 	CHECK(gnp_buffer_reserve(&work.body, size, NULL) == GNP_OK && compress(work.body.data, &size, cloud.data, cloud.size) == Z_OK);

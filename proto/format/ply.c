@@ -1,9 +1,13 @@
-/* PLY out: binary little-endian, one vertex element. */
+/* PLY: what the format is, and how it is written: binary little-endian, one vertex element. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/fields.h"
+#include "proto/codec/rows.h"
+#include "proto/format/format.h"
+#include "proto/format/ply_decode.h"
 
 static const char *const type_names[GNP_DATATYPE_COUNT] = {
 	[GNP_UINT8] = "uchar", [GNP_UINT16] = "ushort", [GNP_UINT32] = "uint",  [GNP_INT8] = "char",
@@ -15,7 +19,7 @@ static gnp_status write_header(const struct gnp_row_item *items, size_t count, s
 {
 	gnp_status status = gnp_buffer_printf(buffer, error, "ply\nformat binary_little_endian 1.0\n");
 	if (status == GNP_OK)
-		status = gnp_write_comments(comments, "comment ", buffer, error);
+		status = gnp_comments_write(comments, "comment ", buffer, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "element vertex %zu\n", rows);
 	enum gnp_datatype type = GNP_FP64;
@@ -35,7 +39,8 @@ struct span {
 };
 
 /* (count) at most; returns how many there are, and the bytes of a row. */
-static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t rows, struct span *spans, size_t *stride)
+static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t rows, struct span *spans,
+                         size_t *stride)
 {
 	size_t made = 0, offset = 0;
 	for (size_t i = 0; i < count; i++) {
@@ -56,7 +61,8 @@ static size_t find_spans(const struct gnp_row_item *items, size_t count, size_t 
 }
 
 /* Sizes known to the compiler spare the call. */
-static void copy_span(const struct span *span, const unsigned char *source, unsigned char *target, size_t stride, size_t rows)
+static void copy_span(const struct span *span, const unsigned char *source, unsigned char *target, size_t stride,
+                      size_t rows)
 {
 	if (span->from != span->to) {
 		struct gnp_column column = {target, stride, span->to};
@@ -80,8 +86,8 @@ static void write_blocks(const struct span *spans, size_t count, size_t rows, un
 	for (size_t first = 0; first < rows; first += BLOCK) {
 		size_t some = rows - first < BLOCK ? rows - first : BLOCK;
 		for (size_t s = 0; s < count; s++)
-			copy_span(&spans[s], spans[s].source + first * spans[s].step, target + first * stride + spans[s].offset, stride,
-			          some);
+			copy_span(&spans[s], spans[s].source + first * spans[s].step, target + first * stride + spans[s].offset,
+			          stride, some);
 	}
 }
 
@@ -106,8 +112,8 @@ static gnp_status write_rows(const struct gnp_row_item *items, size_t count, siz
 	return status;
 }
 
-gnp_status gnp_ply_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                          struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_row_item *items;
 	size_t count;
@@ -121,3 +127,15 @@ gnp_status gnp_ply_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	free(items);
 	return status;
 }
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "comment ", "end_header", values, error);
+}
+
+static const char *const magic[] = {"ply\n", "ply\r", NULL};
+static const char *const other_media_types[] = {"model/ply", "application/x-ply", NULL};
+
+const struct gnp_format gnp_format_ply = {
+	.name = "ply", .media_type = "application/ply", .extension = "ply", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .magic = magic, .decode = gnp_ply_decode, .encode = encode_file, .parameters = parameters};

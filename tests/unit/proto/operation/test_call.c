@@ -1,84 +1,13 @@
-/* The operation table: parameters, requests, a run on a sphere with exact geometry, and the document written from it. */
+/* Calls: requests that are checked against their operation, and a run on a sphere with exact geometry. */
 #include "tests/unit/test.h"
 
 #include "core/estimate/estimate.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 static const struct gnp_operation *estimate(void)
 {
 	return gnp_operation_find("estimate");
-}
-
-static void check_parameter_error(const char *name, const char *text, const char *want)
-{
-	struct gnp_estimate_options options = gnp_estimate_defaults(), before = options;
-	struct gnp_error error = {0};
-	CHECK(gnp_parameter_parse(estimate(), &options, name, text, &error) == GNP_INVALID_ARGUMENT);
-	CHECK_CONTAINS(error.text, want);
-	CHECK(memcmp(&options, &before, sizeof options) == 0);
-}
-
-static void parameter_errors_name_value_and_limit(void)
-{
-	check_parameter_error("k", "0", "k: got 0, need 12..500");
-	check_parameter_error("k", "501", "k: got 501, need 12..500");
-	check_parameter_error("k", "abc", "k: got \"abc\", need an integer");
-	check_parameter_error("k", "30x", "k: got \"30x\", need an integer");
-	check_parameter_error("k", "30.5", "k: got 30.5, need an integer");
-	check_parameter_error("k", "nan", "k: got \"nan\", need an integer");
-	check_parameter_error("k", "99999999999999999999", "need 12..500");
-	check_parameter_error("k", "", "k: got \"\", need an integer");
-	check_parameter_error("basis", "cubic", "basis: got \"cubic\", need one of tensor, total");
-	check_parameter_error("quantities", "normals,color", "quantities: unknown \"color\", known: points, normals");
-	check_parameter_error("quantities", "", "quantities: got none, need at least one of points");
-	check_parameter_error("weights", "../clean", "weights: got \"../clean\", need auto or the name of a model");
-	check_parameter_error("weights", "", "weights: got \"\", need auto or");
-	check_parameter_error("kk", "30", "unknown parameter \"kk\", known: estimator, weights, cover, k, degree");
-}
-
-static void parameters_parse_from_text(void)
-{
-	struct gnp_estimate_options options = gnp_estimate_defaults();
-	CHECK(gnp_parameter_parse(estimate(), &options, "k", "30.0", NULL) == GNP_OK && options.k == 30);
-	CHECK(gnp_parameter_parse(estimate(), &options, "weight", "linear", NULL) == GNP_OK && options.weight == GNP_WEIGHT_LINEAR);
-	CHECK(gnp_parameter_parse(estimate(), &options, "quantities", "normals,frame", NULL) == GNP_OK);
-	CHECK(options.quantities == (GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_FRAME)));
-	CHECK(gnp_parameter_parse(estimate(), &options, "quantities", "all", NULL) == GNP_OK);
-	CHECK(options.quantities == GNP_QUANTITY_ALL);
-}
-
-static void default_texts_equal_the_defaults(void)
-{
-	for (size_t i = 0; gnp_operation_at(i); i++) {
-		const struct gnp_operation *operation = gnp_operation_at(i);
-		_Alignas(16) unsigned char options[GNP_OPTIONS_SIZE_MAX] = {0}, parsed[GNP_OPTIONS_SIZE_MAX] = {0};
-		operation->defaults(options);
-		operation->defaults(parsed);
-		for (size_t p = 0; p < operation->parameter_count; p++) {
-			const struct gnp_parameter *parameter = &operation->parameters[p];
-			static const size_t sizes[] = {
-				[GNP_PARAMETER_INTEGER] = sizeof(int), [GNP_PARAMETER_NUMBER] = sizeof(double),
-				[GNP_PARAMETER_AUTO] = sizeof(double), [GNP_PARAMETER_BOOL] = sizeof(bool),
-				[GNP_PARAMETER_CHOICE] = sizeof(int), [GNP_PARAMETER_SET] = sizeof(uint64_t),
-				[GNP_PARAMETER_MODEL] = GNP_MODEL_NAME_MAX + 1};
-			size_t size = sizes[parameter->type];
-			memset(parsed + parameter->offset, 0xee, size);
-			CHECK(gnp_parameter_parse(operation, parsed, parameter->name, parameter->default_text, NULL) == GNP_OK);
-		}
-		CHECK(memcmp(options, parsed, sizeof options) == 0);
-	}
-}
-
-static void set_bits_are_the_quantities(void)
-{
-	CHECK(estimate()->output_count == GNP_QUANTITY_COUNT);
-	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
-		const struct gnp_quantity_info *info = gnp_quantity_info(q);
-		CHECK_STRING(estimate()->outputs[q].name, info->name);
-		CHECK(estimate()->outputs[q].rank == info->rank + 1);
-		for (unsigned d = 0; d < info->rank; d++)
-			CHECK(estimate()->outputs[q].shape[d + 1] == (info->shape[d] ? (int64_t)info->shape[d] : -2));
-	}
 }
 
 static void add(struct gnp_request *request, const char *name, enum gnp_datatype datatype, size_t rows, size_t columns)
@@ -152,8 +81,9 @@ static void requested_outputs_override_quantities(void)
 	gnp_values_add_bool(&request.parameters, "sequence_start", true, NULL);
 	ask(&request, "metric");
 	CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, NULL) == GNP_OK);
-	const struct gnp_estimate_options *options = (const void *)call.options;
-	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 50 && call.memory > 0);
+	const struct gnp_estimate_options *options = gnp_call_options(&call);
+	CHECK(options->quantities == GNP_QUANTITY_BIT(GNP_METRIC) && options->k == 40 && call.points == 50 &&
+	      call.memory > 0);
 	ask(&request, "metric");
 	check_request_error(&request, 0, GNP_INVALID_ARGUMENT, "output \"metric\": asked for twice");
 	add(&request, "points", GNP_FP32, 5, 3);
@@ -173,7 +103,8 @@ static void too_few_points_are_known_before(void)
 	             {"estimate", "degree", "7", 300, "k: got 30, need at least 64 for degree 7"},
 	             {"filter", "k", "31", 30, "points: got 30, need at least 31"},
 	             {"flow", "k", "31", 30, "points: got 30, need at least "},
-	             {"flow", "outputs", "snapshot_points", 300, "snapshot_points: needs snapshot_every, got 0, need at least 1"},
+	             {"flow", "outputs", "snapshot_points", 300,
+	              "snapshot_points: needs snapshot_every, got 0, need at least 1"},
 	             {"laplacian", "stencil", "14", 300, "stencil: got 14, need 0 or at least 21 for function_degree 5"},
 	             {"laplacian", "k", "12", 11, "points: got 11, need at least 12"},
 	             {"spectrum", "count", "10", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
@@ -186,7 +117,8 @@ static void too_few_points_are_known_before(void)
 		add(&request, "points", GNP_FP32, cases[i].points, 3);
 		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
 		gnp_values_add_string(&request.parameters, cases[i].name, cases[i].value, NULL);
-		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call, &error) == GNP_INVALID_ARGUMENT);
+		CHECK(gnp_call_prepare(gnp_operation_find(cases[i].operation), &request, NULL, &call,
+		                       &error) == GNP_INVALID_ARGUMENT);
 		CHECK_CONTAINS(error.text, cases[i].text);
 		gnp_request_clear(&request);
 	}
@@ -223,7 +155,8 @@ static void a_sphere_has_its_curvatures(void)
 		gnp_task_init(&task);
 		add_sphere(&request, datatypes[t], 2000);
 		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
-		gnp_values_add_string(&request.parameters, "quantities", "normals,mean_curvature,surface_coefficients,tangents", NULL);
+		gnp_values_add_string(&request.parameters, "quantities", "normals,mean_curvature,surface_coefficients,tangents",
+		                      NULL);
 		CHECK(gnp_call_prepare(estimate(), &request, NULL, &call, &error) == GNP_OK);
 		CHECK(gnp_call_run(&call, pool, &task, &response, &error) == GNP_OK);
 		CHECK_STRING(error.text, "");
@@ -265,67 +198,11 @@ static void a_failed_run_leaves_no_outputs(void)
 	gnp_pool_free(pool);
 }
 
-static void the_openapi_document_in_the_tree_is_current(void)
-{
-	struct gnp_buffer buffer = {0};
-	CHECK(gnp_openapi_write(&buffer, NULL) == GNP_OK && gnp_buffer_append(&buffer, "", 1, NULL) == GNP_OK);
-	buffer.size--;
-	CHECK_CONTAINS((const char *)buffer.data, "dt: {oneOf: [{type: number, minimum: 0, exclusiveMinimum: true, maximum: 1.0e+200}, "
-	                                          "{type: string, enum: [auto]}], default: 'auto'}");
-	CHECK_CONTAINS((const char *)buffer.data, "- `record` (s, 10) FP64: ");
-	FILE *file = fopen("proto/openapi.yaml", "rb");
-	CHECK(file != NULL); /* the tests run from the top of the tree */
-	char *text = calloc(1, buffer.size + 2);
-	size_t size = file ? fread(text, 1, buffer.size + 1, file) : 0;
-	if (size != buffer.size || memcmp(text, buffer.data, size) != 0)
-		CHECK_STRING("proto/openapi.yaml is out of date", "run `make openapi`");
-	free(text);
-	if (file)
-		fclose(file);
-	gnp_buffer_clear(&buffer);
-}
-
-static void usage_names_every_parameter(void)
-{
-	const struct gnp_operation *operation;
-	for (size_t o = 0; (operation = gnp_operation_at(o)) != NULL; o++) {
-		struct gnp_buffer buffer = {0};
-		CHECK(gnp_operation_usage(operation, &buffer, NULL) == GNP_OK);
-		gnp_buffer_append(&buffer, "", 1, NULL);
-		for (size_t i = 0; i < operation->parameter_count; i++)
-			CHECK_CONTAINS((const char *)buffer.data, operation->parameters[i].name);
-		CHECK_CONTAINS((const char *)buffer.data, "--k 12..500");
-		CHECK_CONTAINS((const char *)buffer.data, "--cover cover|all");
-		gnp_buffer_clear(&buffer);
-	}
-}
-
-/* A parameter is named once, and every mask of outputs has room. */
-static void tables_are_sound(void)
-{
-	const struct gnp_operation *operation;
-	for (size_t o = 0; (operation = gnp_operation_at(o)) != NULL; o++) {
-		CHECK(gnp_operation_find(operation->name) == operation && operation->output_count < 64);
-		for (size_t i = 0; i < operation->parameter_count; i++) {
-			CHECK(operation->parameters[i].offset < GNP_OPTIONS_SIZE_MAX);
-			for (size_t j = 0; j < i; j++)
-				CHECK(strcmp(operation->parameters[i].name, operation->parameters[j].name) != 0);
-		}
-	}
-}
-
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(parameter_errors_name_value_and_limit),
-	                                    TEST(parameters_parse_from_text),
-	                                    TEST(default_texts_equal_the_defaults),
-	                                    TEST(set_bits_are_the_quantities),
-	                                    TEST(requests_are_checked),
-	                                    TEST(requested_outputs_override_quantities), TEST(too_few_points_are_known_before),
-	                                    TEST(a_sphere_has_its_curvatures),
-	                                    TEST(a_failed_run_leaves_no_outputs),
-	                                    TEST(the_openapi_document_in_the_tree_is_current),
-	                                    TEST(usage_names_every_parameter),
-	                                    TEST(tables_are_sound)};
+	static const struct test tests[] = {TEST(requests_are_checked),
+	                                    TEST(requested_outputs_override_quantities),
+	                                    TEST(too_few_points_are_known_before), TEST(a_sphere_has_its_curvatures),
+	                                    TEST(a_failed_run_leaves_no_outputs)};
 	return RUN_TESTS(tests);
 }
