@@ -1,4 +1,4 @@
-/* gnp plot: a picture of a cloud. */
+/* gnp plot: draws a picture of a cloud, coloured by a field. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* What many files need of three-vectors and of sorting numbers. */
+/* Dot and cross products of three-vectors, and the order of numbers for qsort: what many files need. */
 #ifndef GNP_CORE_VECTOR_H
 #define GNP_CORE_VECTOR_H
 

@@ -1,4 +1,4 @@
-/* Which patch serves which point. */
+/* Decides which patch serves which point, so that fewer patches than points need to be fitted. */
 #ifndef GNP_CORE_COVER_H
 #define GNP_CORE_COVER_H
 

@@ -1,6 +1,5 @@
-/* Order of the points along a space-filling curve (Hilbert curve, 21 bits an axis over the bounding cube; far
- * outliers do not widen it), so that neighbours in space are neighbours in memory. Deterministic: ties keep the
- * caller's order. */
+/* Sorts points along a space-filling curve (Hilbert curve, 21 bits an axis over the bounding cube; far outliers do not
+ * widen it), so that neighbours in space are neighbours in memory. Deterministic: ties keep the caller's order. */
 #ifndef GNP_CORE_ORDER_H
 #define GNP_CORE_ORDER_H
 

@@ -1,6 +1,6 @@
-/* Normals for clouds that come without: estimation by local PCA, consistent orientation by a minimum spanning
- * tree on the Riemannian graph (Hoppe, DeRose, Duchamp, McDonald & Stuetzle 1992), per connected component,
- * outward for closed surfaces. */
+/* Estimates and orients normals for clouds that come without: estimation by local PCA, consistent orientation by a
+ * minimum spanning tree on the Riemannian graph (Hoppe, DeRose, Duchamp, McDonald & Stuetzle 1992), per connected
+ * component, outward for closed surfaces. */
 #ifndef GNP_CORE_ORIENT_H
 #define GNP_CORE_ORIENT_H
 
