@@ -4,6 +4,7 @@
 #ifndef GNP_CORE_CONFORMAL_H
 #define GNP_CORE_CONFORMAL_H
 
+#include "core/base/pool.h"
 #include "core/flow/flow_state.h"
 
 struct gnp_conformal;

@@ -7,38 +7,8 @@
 
 #include "core/flow/conformal.h"
 #include "core/flow/flow_checkpoint.h"
-#include "core/flow/flow_result.h"
 #include "core/flow/flow_setup.h"
 #include "core/network/model.h"
-
-struct gnp_flow_options gnp_flow_defaults(void)
-{
-	return (struct gnp_flow_options){.estimate = gnp_estimate_defaults(), .scheme = GNP_FLOW_EXPLICIT, .volume = GNP_FLOW_VOLUME_NONE,
-	                                 .steps = 1, .dt = NAN, .smoothing_radius = NAN, .spacing = NAN, .insertion = NAN,
-	                                 .projection = 0.1, .singularity = 0.5, .spacing_limit = 4};
-}
-
-const char *gnp_flow_stop_name(enum gnp_flow_stop stop)
-{
-	static const char *const names[] = {"steps", "singularity", "spacing", "unstable", "not_finite", "vanished"};
-	return (unsigned)stop < sizeof names / sizeof *names ? names[stop] : "unknown";
-}
-
-void gnp_flow_clear(struct gnp_flow *flow)
-{
-	free(flow->points);
-	free(flow->normals);
-	free(flow->mean_curvature);
-	free(flow->index);
-	free(flow->records);
-	free(flow->snapshots.start);
-	free(flow->snapshots.step);
-	free(flow->snapshots.time);
-	free(flow->snapshots.points);
-	free(flow->snapshots.normals);
-	free(flow->snapshots.mean_curvature);
-	*flow = (struct gnp_flow){0};
-}
 
 /* A flow under way. */
 struct flow {
@@ -109,7 +79,7 @@ static gnp_status measure_by_estimate(struct flow *flow, struct gnp_flow_state *
 {
 	struct gnp_task part;
 	gnp_task_init_part(&part, flow->task);
-	gnp_status status = gnp_flow_state_measure(state, &flow->rule, flow->pool, &part, &flow->result.model, finite, error);
+	gnp_status status = gnp_flow_measure(state, &flow->rule, flow->pool, &part, &flow->result.model, finite, error);
 	gnp_task_book_part(flow->task, &part);
 	return status;
 }
@@ -342,7 +312,8 @@ static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const 
 	return status == GNP_OK ? measure_start(flow, error) : status;
 }
 
-/* Fans of triangles served the way; the cloud at the end gets the estimator's geometry where that still has one. */
+/* During the flow, geometry came from triangle fans. The cloud at the end is measured once more by the estimator, unless that finds no
+ * surface any more. */
 static gnp_status estimate_end(struct flow *flow, struct gnp_error *error)
 {
 	struct gnp_flow_state end;

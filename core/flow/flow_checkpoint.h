@@ -5,6 +5,8 @@
 
 #include "core/base/checkpoint.h"
 #include "core/base/sha256.h"
+#include "core/flow/flow_options.h"
+#include "core/flow/flow_result.h"
 #include "core/flow/flow_state.h"
 
 /* What a flow is in the middle of, borrowed. */

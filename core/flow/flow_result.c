@@ -4,6 +4,29 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/flow/flow_state.h"
+
+const char *gnp_flow_stop_name(enum gnp_flow_stop stop)
+{
+	static const char *const names[] = {"steps", "singularity", "spacing", "unstable", "not_finite", "vanished"};
+	return (unsigned)stop < sizeof names / sizeof *names ? names[stop] : "unknown";
+}
+
+void gnp_flow_clear(struct gnp_flow *flow)
+{
+	free(flow->points);
+	free(flow->normals);
+	free(flow->mean_curvature);
+	free(flow->index);
+	free(flow->records);
+	free(flow->snapshots.start);
+	free(flow->snapshots.step);
+	free(flow->snapshots.time);
+	free(flow->snapshots.points);
+	free(flow->snapshots.normals);
+	free(flow->snapshots.mean_curvature);
+	*flow = (struct gnp_flow){0};
+}
 
 /* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages, not bytes. */
 static bool extend(void *array, size_t count, size_t size)

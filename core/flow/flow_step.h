@@ -2,6 +2,8 @@
 #ifndef GNP_CORE_FLOW_STEP_H
 #define GNP_CORE_FLOW_STEP_H
 
+#include "core/base/pool.h"
+#include "core/flow/flow_options.h"
 #include "core/flow/flow_state.h"
 
 /* What a flow settles once and every step goes by; lengths are settled, none NAN. */
