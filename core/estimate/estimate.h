@@ -9,28 +9,7 @@
 #include "core/base/task.h"
 #include "core/cloud/cloud.h"
 #include "core/cloud/prepare.h"
-#include "core/estimate/estimator.h"
-#include "core/fit/quantity.h"
-
-enum gnp_cover_kind { GNP_COVER_COVER, GNP_COVER_ALL };
-
-struct gnp_estimate_options {
-	int estimator;        /* enum gnp_estimator_kind */
-	int cover;            /* enum gnp_cover_kind */
-	int k;                /* neighbours that set the patch radius epsilon = 1.1 r_k; 12..500 */
-	int degree;           /* of the Legendre basis; 1..7 */
-	int basis;            /* enum gnp_basis_kind */
-	int weight;           /* enum gnp_weight_kind */
-	int outliers;         /* enum gnp_outliers_kind */
-	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
-	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
-	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
-	const struct gnp_models *models; /* to choose from; may be NULL: none */
-	bool unjudged;        /* whether the answer is to be believed is not looked at (belief.h) */
-};
-
-/* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
-struct gnp_estimate_options gnp_estimate_defaults(void);
+#include "core/estimate/estimate_options.h"
 
 /* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of `at`). */
 struct gnp_estimate {
@@ -44,9 +23,6 @@ struct gnp_estimate {
 	size_t outliers;                     /* points the estimator kept out of its patches as outliers: gnp where it looked for them */
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
-
-/* Whether options are in their ranges and go together; gnp_estimate_run and the others check it themselves. */
-gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct gnp_error *error);
 
 /* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
  * On failure *out is unchanged. task may be NULL. */

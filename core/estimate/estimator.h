@@ -1,4 +1,5 @@
-/* What an estimator is: a function from patches to fitted surfaces. One file and one row in the table. */
+/* What an estimator is: a function from patches to fitted surfaces. Each is one file, and one row of the table
+ * (estimators.h). */
 #ifndef GNP_CORE_ESTIMATOR_H
 #define GNP_CORE_ESTIMATOR_H
 
@@ -89,8 +90,5 @@ struct gnp_estimator {
 	const double *(*normals)(const void *state);
 	gnp_fit_fn fit;
 };
-
-/* The row of an estimator; NULL past the last. */
-const struct gnp_estimator *gnp_estimator_at(enum gnp_estimator_kind kind);
 
 #endif

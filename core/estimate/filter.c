@@ -10,7 +10,7 @@
 #include "core/cells/area.h"
 #include "core/cloud/isolated.h"
 #include "core/estimate/outliers.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 struct gnp_filter_options gnp_filter_defaults(void)
 {

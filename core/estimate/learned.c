@@ -9,7 +9,7 @@
 #include "core/estimate/outliers.h"
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/network/pooled.h"
 
 /* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean models are not

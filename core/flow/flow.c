@@ -8,7 +8,7 @@
 #include "core/flow/conformal.h"
 #include "core/flow/flow_checkpoint.h"
 #include "core/flow/flow_setup.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 /* A flow under way. */
 struct flow {

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 static const char magic[] = "gnp-flow 2 ";
 

@@ -4,7 +4,7 @@
 
 #include "core/base/check.h"
 #include "core/cells/cell.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 struct gnp_flow_options gnp_flow_defaults(void)
 {

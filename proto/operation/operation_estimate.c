@@ -54,7 +54,7 @@ static size_t memory(const struct gnp_call *call)
 {
 	const struct gnp_estimate_options *o = &((const struct options *)(const void *)call->options)->core;
 	size_t width = 6 * sizeof(double);
-	struct gnp_basis basis = gnp_estimator_at(o->estimator)->basis((struct gnp_basis){o->basis, (unsigned)o->degree});
+	struct gnp_basis basis = gnp_estimate_basis(o);
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
 		size_t items = gnp_quantity_info(q)->width;
 		if (o->quantities & GNP_QUANTITY_BIT(q))

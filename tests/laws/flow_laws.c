@@ -4,7 +4,7 @@
 #include "core/estimate/filter.h"
 #include "core/flow/flow.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/shapes/shapes.h"
 #include "tests/laws/flow_laws.h"
 

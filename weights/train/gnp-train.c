@@ -10,7 +10,7 @@
 #include "clients/program.h"
 #include "clients/session.h"
 #include "core/base/memory.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 #include "weights/train/loss_rule.h"
 #include "weights/train/train_operator.h"
 #include "weights/train/train_run.h"

@@ -3,7 +3,7 @@
 #define GNP_WEIGHTS_CONTENDER_H
 
 #include "core/estimate/estimator.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "weights/protocol/protocol.h"
 
 enum gnp_contender { GNP_CONTENDER_GNP, GNP_CONTENDER_POOLED, GNP_CONTENDER_GMLS, GNP_CONTENDER_ADAPTIVE, GNP_CONTENDERS };

@@ -5,7 +5,7 @@
 #include <stdio.h>
 
 #include "core/base/pool.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "weights/protocol/protocol.h"
 
 enum { GNP_PDE_SHAPES = 4, GNP_PDE_ESTIMATORS = 3, GNP_PDE_SYSTEMS = 2, GNP_PDE_SIZES = 6 };

@@ -1,6 +1,6 @@
 /* What an answer says of itself: the whole table of operations, by every estimator, in every format that is written and over both protocols;
  * and the ways it takes there and back. */
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "proto/file/result.h"
 #include "proto/format/parameters.h"
 #include "proto/oip/oip.h"

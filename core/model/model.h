@@ -1,28 +1,17 @@
 /* A model: the weights of a network with all that is needed to run it, from one file.
  *
  * The file's metadata says which network it is and how its patches are made; the keys, their types and ranges are one table in
- * model.c, described in weights/README.md. The tensors must be those of gnp_architecture_layout, by name and shape, none missing
+ * model_keys.c, described in weights/README.md. The tensors must be those of gnp_architecture_layout, by name and shape, none missing
  * and none more. Nothing is guessed: a file that does not say what it is is refused. */
 #ifndef GNP_CORE_MODEL_H
 #define GNP_CORE_MODEL_H
 
-#include <stdbool.h>
 #include <stddef.h>
 
 #include "core/base/status.h"
+#include "core/model/model_keys.h"
+#include "core/model/safetensors.h"
 #include "core/network/network.h"
-#include "core/network/safetensors.h"
-
-enum { GNP_MODEL_NAME_MAX = 63 }; /* bytes of a model's name: [A-Za-z0-9_.-], not beginning with a dot or a dash */
-
-/* How the patches are made that the network was trained on. epsilon = 1.1 r_k, r_k the distance to the k-th neighbour. */
-struct gnp_recipe {
-	unsigned k;
-	double buffer;       /* the network sees nodes out to buffer * epsilon */
-	double height_scale; /* heights are divided by max(height_scale * their standard deviation, delta0) */
-	double delta0_ratio; /* delta0 in units of epsilon; 0: it is a length */
-	double delta0;       /* delta0 as a length [length]; 0: it is a ratio */
-};
 
 /* Immutable, so threads share it. Everything belongs to the model. */
 struct gnp_model {
@@ -55,8 +44,5 @@ struct gnp_model_source {
 /* Writes the file of a model: metadata, and the parameters as tensors in the layout's order; see gnp_safetensors_save. What
  * gnp_model_load would refuse is refused, and then there is no file or the old one. */
 gnp_status gnp_model_save(const char *path, const struct gnp_model_source *source, struct gnp_error *error);
-
-/* Whether a text may be a model's name. */
-bool gnp_model_name_fits(const char *name);
 
 #endif

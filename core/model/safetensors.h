@@ -39,25 +39,25 @@ struct gnp_safetensors;
 gnp_status gnp_safetensors_load(const char *path, struct gnp_safetensors **out, struct gnp_error *error);
 /* The same for bytes in memory, which are copied; name stands for the file in messages. */
 gnp_status gnp_safetensors_decode(const char *name, const void *bytes, size_t size, struct gnp_safetensors **out,
-                              struct gnp_error *error);
-void gnp_safetensors_free(struct gnp_safetensors *weights);
+                                  struct gnp_error *error);
+void gnp_safetensors_free(struct gnp_safetensors *file);
 /* Frees the tensors and keeps the rest, for whoever has made something of them. */
-void gnp_safetensors_drop_tensors(struct gnp_safetensors *weights);
+void gnp_safetensors_drop_tensors(struct gnp_safetensors *file);
 
 /* Sets error to "FILE: TEXT" and returns GNP_INVALID_ARGUMENT: for whoever finds fault with what a file holds. */
-gnp_status gnp_safetensors_refuse(const struct gnp_safetensors *weights, struct gnp_error *error, const char *format, ...)
+gnp_status gnp_safetensors_refuse(const struct gnp_safetensors *file, struct gnp_error *error, const char *format, ...)
 	__attribute__((format(printf, 3, 4)));
 
-/* Everything below lives as long as the weights. Tensors come in the order of their data, metadata in that of the keys. */
-const char *gnp_safetensors_path(const struct gnp_safetensors *weights);
+/* Everything below lives as long as the file. Tensors come in the order of their data, metadata in that of the keys. */
+const char *gnp_safetensors_path(const struct gnp_safetensors *file);
 /* Of all bytes of the file, 64 hexadecimal digits. */
-const char *gnp_safetensors_sha256(const struct gnp_safetensors *weights);
-size_t gnp_safetensors_tensor_count(const struct gnp_safetensors *weights);
+const char *gnp_safetensors_sha256(const struct gnp_safetensors *file);
+size_t gnp_safetensors_tensor_count(const struct gnp_safetensors *file);
 /* NULL past the last / when there is none of that name. */
-const struct gnp_safetensors_tensor *gnp_safetensors_tensor_at(const struct gnp_safetensors *weights, size_t i);
-const struct gnp_safetensors_tensor *gnp_safetensors_tensor_find(const struct gnp_safetensors *weights, const char *name);
-const struct gnp_safetensors_metadata *gnp_safetensors_metadata_at(const struct gnp_safetensors *weights, size_t i);
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_at(const struct gnp_safetensors *file, size_t i);
+const struct gnp_safetensors_tensor *gnp_safetensors_tensor_find(const struct gnp_safetensors *file, const char *name);
+const struct gnp_safetensors_metadata *gnp_safetensors_metadata_at(const struct gnp_safetensors *file, size_t i);
 /* The value of a key, or NULL. */
-const char *gnp_safetensors_metadata_find(const struct gnp_safetensors *weights, const char *key);
+const char *gnp_safetensors_metadata_find(const struct gnp_safetensors *file, const char *key);
 
 #endif

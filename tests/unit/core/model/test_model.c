@@ -8,8 +8,8 @@
 #include "core/base/memory.h"
 #include "core/base/random.h"
 #include "core/base/task.h"
-#include "core/network/models.h"
-#include "core/network/safetensors_write.h"
+#include "core/model/models.h"
+#include "core/model/safetensors_write.h"
 
 static char folder[64];
 
@@ -273,14 +273,14 @@ static void damaged_headers_are_answered(void)
 	gnp_random_seed(&random, 11, 0);
 	for (int round = 0; round < 4000; round++) {
 		static const char telling[] = "0123456789-.,eE[]{}\"_ abcdefghijklmnopqrstuvwxyz";
-		struct gnp_safetensors *weights = NULL;
+		struct gnp_safetensors *file = NULL;
 		struct gnp_model *model = NULL;
 		struct gnp_error error = {0};
 		size_t at = 8 + (size_t)gnp_random_below(&random, header);
 		unsigned char before = bytes[at];
 		bytes[at] = (unsigned char)telling[gnp_random_below(&random, sizeof telling - 1)];
-		if (gnp_safetensors_decode("w/d.safetensors", bytes, size, &weights, &error) == GNP_OK)
-			gnp_model_create_take(weights, &model, &error);
+		if (gnp_safetensors_decode("w/d.safetensors", bytes, size, &file, &error) == GNP_OK)
+			gnp_model_create_take(file, &model, &error);
 		CHECK(!model == (error.status != GNP_OK));
 		if (!model)
 			CHECK_CONTAINS(error.text, "w/d.safetensors: ");

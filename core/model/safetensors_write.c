@@ -1,4 +1,4 @@
-#include "core/network/safetensors_write.h"
+#include "core/model/safetensors_write.h"
 
 #include <errno.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "core/network/models.h"
+#include "core/model/models.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "core/network/safetensors.h"
-#include "core/network/safetensors_write.h"
+#include "core/model/safetensors.h"
+#include "core/model/safetensors_write.h"
 
 static int rounds = 3000;
 
@@ -20,23 +20,23 @@ static const struct gnp_safetensors_tensor tensors[] = {
 	{"scalar", 0, {0}, 1, &scalar}, {"lift.weight", 2, {4, 3}, 12, lift}, {"b", 1, {3}, 3, edges}};
 static const struct gnp_safetensors_source source = {metadata, 3, tensors, 3};
 
-static void check_same(const struct gnp_safetensors *weights)
+static void check_same(const struct gnp_safetensors *file)
 {
-	CHECK(gnp_safetensors_tensor_count(weights) == 3);
+	CHECK(gnp_safetensors_tensor_count(file) == 3);
 	for (size_t i = 0; i < 3; i++) {
-		const struct gnp_safetensors_tensor *want = &tensors[i], *got = gnp_safetensors_tensor_at(weights, i);
-		CHECK(got && got == gnp_safetensors_tensor_find(weights, want->name));
+		const struct gnp_safetensors_tensor *want = &tensors[i], *got = gnp_safetensors_tensor_at(file, i);
+		CHECK(got && got == gnp_safetensors_tensor_find(file, want->name));
 		if (!got)
 			continue;
 		CHECK_STRING(got->name, want->name);
 		CHECK(got->rank == want->rank && got->count == want->count);
 		CHECK(memcmp(got->shape, want->shape, want->rank * sizeof *want->shape) == 0);
 		CHECK(memcmp(got->data, want->data, want->count * sizeof(float)) == 0);
-		CHECK(gnp_safetensors_metadata_at(weights, i) != NULL);
-		CHECK_STRING(gnp_safetensors_metadata_find(weights, metadata[i].key), metadata[i].value);
+		CHECK(gnp_safetensors_metadata_at(file, i) != NULL);
+		CHECK_STRING(gnp_safetensors_metadata_find(file, metadata[i].key), metadata[i].value);
 	}
-	CHECK(!gnp_safetensors_tensor_at(weights, 3) && !gnp_safetensors_metadata_at(weights, 3));
-	CHECK(!gnp_safetensors_tensor_find(weights, "lift") && !gnp_safetensors_metadata_find(weights, "trun"));
+	CHECK(!gnp_safetensors_tensor_at(file, 3) && !gnp_safetensors_metadata_at(file, 3));
+	CHECK(!gnp_safetensors_tensor_find(file, "lift") && !gnp_safetensors_metadata_find(file, "trun"));
 }
 
 /* The digest by another program. */
@@ -54,35 +54,35 @@ static void check_digest(const char *path, const char *digest)
 static void a_file_of_numpys_is_read(void)
 {
 	static const char path[] = "tests/oracles/data/numpy.safetensors"; /* tests run in the repository's root */
-	struct gnp_safetensors *weights = NULL;
+	struct gnp_safetensors *file = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_safetensors_load(path, &weights, &error) == GNP_OK);
+	CHECK(gnp_safetensors_load(path, &file, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
-	if (!weights)
+	if (!file)
 		return;
-	check_same(weights);
-	CHECK_STRING(gnp_safetensors_path(weights), path);
-	check_digest(path, gnp_safetensors_sha256(weights));
-	gnp_safetensors_drop_tensors(weights);
-	CHECK(gnp_safetensors_tensor_count(weights) == 0 && !gnp_safetensors_tensor_at(weights, 0) && !gnp_safetensors_tensor_find(weights, "b"));
-	CHECK_STRING(gnp_safetensors_metadata_find(weights, "trunk"), "edge");
-	gnp_safetensors_free(weights);
+	check_same(file);
+	CHECK_STRING(gnp_safetensors_path(file), path);
+	check_digest(path, gnp_safetensors_sha256(file));
+	gnp_safetensors_drop_tensors(file);
+	CHECK(gnp_safetensors_tensor_count(file) == 0 && !gnp_safetensors_tensor_at(file, 0) && !gnp_safetensors_tensor_find(file, "b"));
+	CHECK_STRING(gnp_safetensors_metadata_find(file, "trunk"), "edge");
+	gnp_safetensors_free(file);
 }
 
 static void what_is_written_is_read_by_us_and_by_numpy(void)
 {
 	char folder[] = "/tmp/gnp-weights-XXXXXX", path[64], command[160];
-	struct gnp_safetensors *weights = NULL;
+	struct gnp_safetensors *file = NULL;
 	CHECK(mkdtemp(folder) != NULL);
 	snprintf(path, sizeof path, "%s/a.safetensors", folder);
 	for (int again = 0; again < 2; again++) /* the second time over the first */
 		CHECK(gnp_safetensors_save(path, &source, NULL) == GNP_OK);
-	CHECK(gnp_safetensors_load(path, &weights, NULL) == GNP_OK);
-	if (weights) {
-		check_same(weights);
-		check_digest(path, gnp_safetensors_sha256(weights));
+	CHECK(gnp_safetensors_load(path, &file, NULL) == GNP_OK);
+	if (file) {
+		check_same(file);
+		check_digest(path, gnp_safetensors_sha256(file));
 	}
-	gnp_safetensors_free(weights);
+	gnp_safetensors_free(file);
 	if (system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") == 0) {
 		snprintf(command, sizeof command, "/usr/bin/python3 tests/oracles/oracle_safetensors.py check %s", path);
 		CHECK(system(command) == 0);
@@ -137,23 +137,23 @@ static void what_no_reader_takes_is_not_written(void)
 static unsigned char *make_file(uint64_t length, const char *header, size_t data_size, size_t *size)
 {
 	size_t header_size = strlen(header);
-	unsigned char *file = calloc(1, 8 + header_size + data_size);
+	unsigned char *image = calloc(1, 8 + header_size + data_size);
 	for (int i = 0; i < 8; i++)
-		file[i] = (unsigned char)(length >> 8 * i);
-	memcpy(file + 8, header, header_size);
+		image[i] = (unsigned char)(length >> 8 * i);
+	memcpy(image + 8, header, header_size);
 	*size = 8 + header_size + data_size;
-	return file;
+	return image;
 }
 
-static void check_refused(const unsigned char *file, size_t size, const char *part)
+static void check_refused(const unsigned char *image, size_t size, const char *part)
 {
 	struct gnp_error error = {0};
-	struct gnp_safetensors *weights = NULL;
-	CHECK(gnp_safetensors_decode("bad.safetensors", file, size, &weights, &error) == GNP_INVALID_ARGUMENT);
-	CHECK(error.status == GNP_INVALID_ARGUMENT && weights == NULL);
+	struct gnp_safetensors *file = NULL;
+	CHECK(gnp_safetensors_decode("bad.safetensors", image, size, &file, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(error.status == GNP_INVALID_ARGUMENT && file == NULL);
 	CHECK_CONTAINS(error.text, "bad.safetensors: ");
 	CHECK_CONTAINS(error.text, part);
-	gnp_safetensors_free(weights);
+	gnp_safetensors_free(file);
 }
 
 #define A(shape, offsets) "\"a\":{\"dtype\":\"F32\",\"shape\":" shape ",\"data_offsets\":" offsets "}"
@@ -218,22 +218,22 @@ static void hostile_headers_are_refused_by_name(void)
 	};
 	for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
 		size_t size;
-		unsigned char *file = make_file(strlen(rows[i].header), rows[i].header, rows[i].data, &size);
-		check_refused(file, size, rows[i].part);
-		free(file);
+		unsigned char *image = make_file(strlen(rows[i].header), rows[i].header, rows[i].data, &size);
+		check_refused(image, size, rows[i].part);
+		free(image);
 	}
 }
 
 static void quotes_and_braces_in_names_are_no_nesting(void)
 {
 	static const char header[] = "{\"[[[[[[\\\"{{{{{\\\\\":{\"dtype\":\"F32\",\"shape\":[],\"data_offsets\":[0,4]}}   ";
-	struct gnp_safetensors *weights = NULL;
+	struct gnp_safetensors *file = NULL;
 	size_t size;
-	unsigned char *file = make_file(sizeof header - 1, header, 4, &size);
-	CHECK(gnp_safetensors_decode("a", file, size, &weights, NULL) == GNP_OK);
-	CHECK(weights && gnp_safetensors_tensor_find(weights, "[[[[[[\"{{{{{\\"));
-	gnp_safetensors_free(weights);
-	free(file);
+	unsigned char *image = make_file(sizeof header - 1, header, 4, &size);
+	CHECK(gnp_safetensors_decode("a", image, size, &file, NULL) == GNP_OK);
+	CHECK(file && gnp_safetensors_tensor_find(file, "[[[[[[\"{{{{{\\"));
+	gnp_safetensors_free(file);
+	free(image);
 }
 
 static void hostile_lengths_are_refused_before_memory_is_taken(void)
@@ -252,9 +252,9 @@ static void hostile_lengths_are_refused_before_memory_is_taken(void)
 	};
 	for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
 		size_t size;
-		unsigned char *file = make_file(rows[i].length, rows[i].header, 0, &size);
-		check_refused(file, size, rows[i].part);
-		free(file);
+		unsigned char *image = make_file(rows[i].length, rows[i].header, 0, &size);
+		check_refused(image, size, rows[i].part);
+		free(image);
 	}
 	check_refused((const unsigned char *)"", 0, "got 0 bytes, need 10..");
 }
@@ -270,24 +270,24 @@ static void the_first_value_that_is_no_number_is_named(void)
 	            {-INFINITY, "tensor \"b\": value 4: got -inf, need a finite number"}};
 	for (size_t i = 0; i < 3; i++) {
 		size_t size;
-		unsigned char *file = make_file(sizeof header - 1, header, 28, &size);
-		memcpy(file + size - 8, &rows[i].value, sizeof rows[i].value);
-		check_refused(file, size, rows[i].part);
-		free(file);
+		unsigned char *image = make_file(sizeof header - 1, header, 28, &size);
+		memcpy(image + size - 8, &rows[i].value, sizeof rows[i].value);
+		check_refused(image, size, rows[i].part);
+		free(image);
 	}
 }
 
 static void paths_that_hold_no_file_are_named(void)
 {
 	char fifo[] = "/tmp/gnp-weights-XXXXXX";
-	struct gnp_safetensors *weights = NULL;
+	struct gnp_safetensors *file = NULL;
 	struct gnp_error none = {0}, folder = {0}, pipe_error = {0};
-	CHECK(gnp_safetensors_load("tests/oracles/data/none.safetensors", &weights, &none) == GNP_IO);
+	CHECK(gnp_safetensors_load("tests/oracles/data/none.safetensors", &file, &none) == GNP_IO);
 	CHECK_STRING(none.text, "tests/oracles/data/none.safetensors: No such file or directory");
-	CHECK(gnp_safetensors_load("tests/oracles/data", &weights, &folder) == GNP_IO);
+	CHECK(gnp_safetensors_load("tests/oracles/data", &file, &folder) == GNP_IO);
 	CHECK_STRING(folder.text, "tests/oracles/data: need a regular file");
 	CHECK(mkdtemp(fifo) && rmdir(fifo) == 0 && mkfifo(fifo, 0600) == 0);
-	CHECK(gnp_safetensors_load(fifo, &weights, &pipe_error) == GNP_IO);
+	CHECK(gnp_safetensors_load(fifo, &file, &pipe_error) == GNP_IO);
 	CHECK_CONTAINS(pipe_error.text, "need a regular file");
 	unlink(fifo);
 	CHECK(gnp_safetensors_save("tests/no/such/folder", &source, &(struct gnp_error){0}) == GNP_IO);
@@ -328,19 +328,19 @@ static void damaged_files_are_answered(void)
 	uint64_t state = 0x9e3779b97f4a7c15u;
 	CHECK(gnp_safetensors_encode("a", &source, &bytes, &size, NULL) == GNP_OK);
 	for (int i = 0; i < rounds && bytes; i++) {
-		struct gnp_safetensors *weights = NULL;
+		struct gnp_safetensors *file = NULL;
 		struct gnp_error error = {0};
 		size_t kept;
 		float sum = 0;
 		unsigned char *copy = damage(bytes, size, &state, &kept);
-		gnp_status status = gnp_safetensors_decode("a", copy, kept, &weights, &error);
-		CHECK(status == GNP_OK ? weights && !error.text[0] : !weights && error.text[0] && error.status == status);
-		for (size_t t = 0; weights && t < gnp_safetensors_tensor_count(weights); t++) /* every value is there and finite */
-			for (size_t j = 0; j < gnp_safetensors_tensor_at(weights, t)->count; j++)
-				sum += 0 * gnp_safetensors_tensor_at(weights, t)->data[j];
+		gnp_status status = gnp_safetensors_decode("a", copy, kept, &file, &error);
+		CHECK(status == GNP_OK ? file && !error.text[0] : !file && error.text[0] && error.status == status);
+		for (size_t t = 0; file && t < gnp_safetensors_tensor_count(file); t++) /* every value is there and finite */
+			for (size_t j = 0; j < gnp_safetensors_tensor_at(file, t)->count; j++)
+				sum += 0 * gnp_safetensors_tensor_at(file, t)->data[j];
 		CHECK(sum == 0);
-		taken += weights != NULL;
-		gnp_safetensors_free(weights);
+		taken += file != NULL;
+		gnp_safetensors_free(file);
 		free(copy);
 	}
 	CHECK(taken > (size_t)rounds / 50 && taken < (size_t)rounds); /* damage that matters and damage that does not */

@@ -2,7 +2,7 @@
 #include "core/base/random.h"
 #include "core/estimate/estimate.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "tests/oracles/manufactured.h"
 #include "tests/unit/test.h"
 

@@ -1,4 +1,4 @@
-#include "core/estimate/estimator.h"
+#include "core/estimate/estimators.h"
 
 #include "core/estimate/adaptive.h"
 #include "core/estimate/gmls.h"

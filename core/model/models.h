@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "core/base/status.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 struct gnp_models;
 
