@@ -162,3 +162,9 @@ gnp_status gnp_equation_make(const struct gnp_domain *domain, const struct gnp_l
 		gnp_equation_clear(&equation);
 	return status;
 }
+
+size_t gnp_equation_part(const struct gnp_equation *equation, size_t unknown)
+{
+	uint32_t label = equation->components.label[unknown];
+	return equation->components.count == 1 ? 0 : label == GNP_COMPONENT_NONE ? equation->components.count : label;
+}

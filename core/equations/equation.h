@@ -6,8 +6,8 @@
 #ifndef GNP_CORE_EQUATION_H
 #define GNP_CORE_EQUATION_H
 
-#include "core/equations/laplacian.h"
 #include "core/linear/components.h"
+#include "core/operators/laplacian.h"
 
 /* Owned; freed by gnp_equation_clear. Rows are the domain's points, unknowns the kept ones. */
 struct gnp_equation {
@@ -30,5 +30,8 @@ gnp_status gnp_equation_make(const struct gnp_domain *domain, const struct gnp_l
                              struct gnp_error *error);
 void gnp_equation_clear(struct gnp_equation *equation);
 size_t gnp_equation_bytes(const struct gnp_equation *equation);
+
+/* Which part of the cloud an unknown is of; components.count: none that stands alone. */
+size_t gnp_equation_part(const struct gnp_equation *equation, size_t unknown);
 
 #endif

@@ -6,11 +6,11 @@
 
 #include "core/base/memory.h"
 #include "core/cells/volume.h"
-#include "core/equations/collocation.h"
-#include "core/equations/equation_check.h"
 #include "core/equations/geodesic_check.h"
 #include "core/linear/components.h"
 #include "core/linear/lu.h"
+#include "core/operators/collocation.h"
+#include "core/operators/operator_check.h"
 
 /* Heat must not underflow across the cloud: exp(-700) is the last double of full precision. */
 static const double longest_way = 500; /* in units of sqrt t */
@@ -128,8 +128,8 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
 	if (status == GNP_OK) {
-		gnp_equation_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
-		gnp_equation_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
+		gnp_operator_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
+		gnp_operator_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
 		geodesic->time = flow_time(&geodesic->domain);
 		status = make_factors(geodesic, pool, task, error);
 	}

@@ -6,12 +6,12 @@
 #ifndef GNP_CORE_GEODESIC_H
 #define GNP_CORE_GEODESIC_H
 
-#include "core/equations/domain.h"
+#include "core/operators/domain.h"
 
 struct gnp_geodesic; /* opaque, immutable, shared between threads */
 
 /* Prepares the factors for any sources; borrows nothing. GNP_INVALID_ARGUMENT; GNP_DEGENERATE, also where points coincide. On failure *out is
- * unchanged. The task is warned of sheets taken for one (equation_check.h). */
+ * unchanged. The task is warned of sheets taken for one (operator_check.h). */
 gnp_status gnp_geodesic_create(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
                                struct gnp_task *task, struct gnp_geodesic **out, struct gnp_error *error);
 void gnp_geodesic_free(struct gnp_geodesic *geodesic);

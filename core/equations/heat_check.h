@@ -4,7 +4,7 @@
 #define GNP_CORE_HEAT_CHECK_H
 
 #include "core/base/warning.h"
-#include "core/equations/domain.h"
+#include "core/operators/domain.h"
 
 /* Of one column, over the points that take part, where nothing is given. */
 struct gnp_heat_range {

@@ -6,8 +6,8 @@
 #define GNP_CORE_POISSON_H
 
 #include "core/cells/diffusion.h"
-#include "core/equations/laplacian.h"
 #include "core/equations/solver.h"
+#include "core/operators/laplacian.h"
 
 /* Which mean is zero: that of the surface, points weighing by their area, or that of the list of points. */
 enum gnp_mean { GNP_MEAN_AREA, GNP_MEAN_PLAIN };
@@ -30,7 +30,7 @@ struct gnp_poisson; /* opaque */
 
 /* The caller holds one reference. GNP_INVALID_ARGUMENT, GNP_DEGENERATE, GNP_SINGULAR, GNP_TOO_LARGE with the estimate of the
  * memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of an operator that is not to be
- * believed (equation_check.h). */
+ * believed (operator_check.h). */
 gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
                                struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error);
 struct gnp_poisson *gnp_poisson_retain(struct gnp_poisson *poisson);

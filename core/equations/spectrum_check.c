@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/equations/energy.h"
+#include "core/operators/energy.h"
 
 static const double below_zero_most = 1e-3, imaginary_most = 0.1; /* of the value and the shift */
 static const double quotient_least = 0.7, quotient_most = 1.4;    /* 0.94 to 1.05 where resolved, also of waves a few points long */

@@ -1,4 +1,4 @@
-/* What trunk.c shares with the two kinds of integrals, trunk_edge.c and trunk_separable.c; nobody else includes it. */
+/* What trunk.c shares with the two kinds of integrals, trunk_edge and trunk_separable; nobody else includes it. */
 #ifndef GNP_CORE_TRUNK_PARTS_H
 #define GNP_CORE_TRUNK_PARTS_H
 

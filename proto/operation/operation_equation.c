@@ -144,7 +144,7 @@ static void free_poisson(void *object)
 
 const struct gnp_equation_kind gnp_equation_poisson = {"poisson", make_poisson, {gnp_equation_make_prepared, free_poisson}};
 
-gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error)
+gnp_status gnp_operator_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error)
 {
 	size_t sides = gnp_equation_sides(call, name), wanted = other ? gnp_equation_sides(call, other) : sides;
 	if (!gnp_tensors_find(&call->request->inputs, name))

@@ -72,7 +72,7 @@ gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equati
 extern const struct gnp_equation_kind gnp_equation_poisson;
 
 /* That an input, where it is there, has columns, and as many as the input `other` (NULL: any number). */
-gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error);
+gnp_status gnp_operator_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error);
 /* An input (n) or (n, r) of the request as numbers (n, *sides); NULL where it is absent. Freed by the caller. */
 gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error);
 

@@ -1,11 +1,11 @@
-#include "core/equations/interpolation.h"
+#include "core/operators/interpolation.h"
 
 #include <string.h>
 
 #include "core/cells/cell.h"
 #include "core/cloud/patch.h"
-#include "core/equations/stencil.h"
 #include "core/fit/taylor.h"
+#include "core/operators/stencil.h"
 
 enum { POINTS_A_CHUNK = 128 };
 

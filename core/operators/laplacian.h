@@ -2,8 +2,8 @@
 #ifndef GNP_CORE_LAPLACIAN_H
 #define GNP_CORE_LAPLACIAN_H
 
-#include "core/equations/collocation.h"
-#include "core/equations/domain.h"
+#include "core/operators/collocation.h"
+#include "core/operators/domain.h"
 
 /* square: every point carries an unknown. least_squares (the paper): all points collocate, but a share of them, chosen by farthest points,
  * carries none. */
@@ -26,7 +26,7 @@ size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 
 /* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
  * dropped, or points coincide. Deterministic for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is
- * warned of rows that no Laplacian has (equation_check.h). */
+ * warned of rows that no Laplacian has (operator_check.h). */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error);
 

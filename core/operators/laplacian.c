@@ -1,11 +1,11 @@
-#include "core/equations/laplacian.h"
+#include "core/operators/laplacian.h"
 
 #include <stdlib.h>
 
 #include "core/base/memory.h"
 #include "core/cloud/farthest.h"
-#include "core/equations/equation_check.h"
 #include "core/fit/taylor.h"
+#include "core/operators/operator_check.h"
 
 enum { NEIGHBORS_MAX = 500 };
 static const double drop_max = 0.5;
@@ -72,7 +72,7 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&domain->prepared, &rule, pool, task, out, error);
 	if (status == GNP_OK)
-		gnp_equation_check_stencils(out, rule.degree, gnp_task_warnings(task));
+		gnp_operator_check_stencils(out, rule.degree, gnp_task_warnings(task));
 	free(keep);
 	return status;
 }
@@ -91,7 +91,7 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 	if (status == GNP_OK)
 		status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
 	if (status == GNP_OK)
-		gnp_equation_check_rows(&made, domain.open, gnp_task_warnings(task));
+		gnp_operator_check_rows(&made, domain.open, gnp_task_warnings(task));
 	if (status == GNP_OK)
 		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);

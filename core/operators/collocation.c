@@ -1,4 +1,4 @@
-#include "core/equations/collocation.h"
+#include "core/operators/collocation.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -7,9 +7,9 @@
 #include "core/base/memory.h"
 #include "core/cells/cell.h"
 #include "core/cloud/patch.h"
-#include "core/equations/stencil.h"
-#include "core/equations/unfold.h"
 #include "core/fit/taylor.h"
+#include "core/operators/stencil.h"
+#include "core/operators/unfold.h"
 
 enum { POINTS_A_CHUNK = 128 };
 

@@ -1,4 +1,4 @@
-#include "core/equations/energy.h"
+#include "core/operators/energy.h"
 
 double gnp_energy_stored(const struct gnp_stiffness *s, const double *u)
 {

@@ -1,4 +1,4 @@
-#include "core/equations/domain.h"
+#include "core/operators/domain.h"
 
 #include <math.h>
 #include <stdlib.h>

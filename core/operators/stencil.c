@@ -1,4 +1,4 @@
-#include "core/equations/stencil.h"
+#include "core/operators/stencil.h"
 
 #include <math.h>
 #include <stdbool.h>

@@ -1,5 +1,5 @@
 #include "core/base/random.h"
-#include "core/equations/stencil.h"
+#include "core/operators/stencil.h"
 #include "tests/unit/test.h"
 
 enum { COUNT = 40 };

@@ -1,17 +1,17 @@
-#include "core/equations/equation_check.h"
+#include "core/operators/operator_check.h"
 
 #include <math.h>
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/equations/energy.h"
+#include "core/operators/energy.h"
 
 static const double jumps_most = 5e-4;   /* of all edges: none where normals are right */
 static const double rows_most = 2.5e-3;  /* of all rows: none where the surface is resolved, 1e-3 where it is rough */
 static const double reduced_most = 0.05; /* of all rows: in lattices some neighbours lie on one conic */
 enum { FEWEST = 3, OUTWEIGHED = 5 };     /* so many at least, by chance there are one or two; others to its own weight: 1.1 to 2.5 where resolved */
 
-void gnp_equation_check_draw(size_t count, double *numbers)
+void gnp_operator_check_draw(size_t count, double *numbers)
 {
 	struct gnp_random random;
 	gnp_random_seed(&random, 1, 0);
@@ -19,7 +19,7 @@ void gnp_equation_check_draw(size_t count, double *numbers)
 		numbers[i] = gnp_random_normal(&random);
 }
 
-void gnp_equation_check_operator(const double *energy, size_t count, const struct gnp_domain *domain, struct gnp_warnings *warnings)
+void gnp_operator_check_energy(const double *energy, size_t count, const struct gnp_domain *domain, struct gnp_warnings *warnings)
 {
 	double worst = 1;
 	for (size_t r = 0; r < count; r++)
@@ -50,7 +50,7 @@ static bool is_jump(const struct gnp_prepared *prepared, size_t i, size_t j)
 	return gnp_dot(m, n) > agreeing && fabs(height) > steep * sqrt(square);
 }
 
-void gnp_equation_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes, struct gnp_warnings *warnings)
+void gnp_operator_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes, struct gnp_warnings *warnings)
 {
 	size_t jumps = 0, edges = volumes->start[volumes->count] / 2;
 	for (size_t i = 0; i < volumes->count; i++)
@@ -75,7 +75,7 @@ static bool is_bad_row(const struct gnp_collocation *matrices, size_t i, size_t 
 	return !(others <= OUTWEIGHED * own);
 }
 
-void gnp_equation_check_rows(const struct gnp_collocation *matrices, size_t open, struct gnp_warnings *warnings)
+void gnp_operator_check_rows(const struct gnp_collocation *matrices, size_t open, struct gnp_warnings *warnings)
 {
 	size_t bad = 0;
 	if (!matrices->value[GNP_DERIVATIVE_LAPLACIAN])
@@ -88,7 +88,7 @@ void gnp_equation_check_rows(const struct gnp_collocation *matrices, size_t open
 		                 "(%zu cells are open)", 100 * (double)bad / (double)matrices->columns, 100 * rows_most, open);
 }
 
-void gnp_equation_check_stencils(const struct gnp_collocation *matrices, unsigned degree, struct gnp_warnings *warnings)
+void gnp_operator_check_stencils(const struct gnp_collocation *matrices, unsigned degree, struct gnp_warnings *warnings)
 {
 	if ((double)matrices->reduced > reduced_most * (double)matrices->rows)
 		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE, "%.3g %% of the stencils, more than %g %%, are of a lower degree than %u as their neighbours "

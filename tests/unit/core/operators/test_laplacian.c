@@ -1,4 +1,4 @@
-#include "core/equations/laplacian.h"
+#include "core/operators/laplacian.h"
 #include "tests/oracles/manufactured.h"
 #include "tests/unit/test.h"
 

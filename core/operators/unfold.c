@@ -1,4 +1,4 @@
-#include "core/equations/unfold.h"
+#include "core/operators/unfold.h"
 
 #include <math.h>
 
