@@ -6,7 +6,7 @@
 #include "weights/train/initial.h"
 #include "weights/train/loss.h"
 #include "weights/train/train_fit.h"
-#include "weights/train/train_operator.h"
+#include "weights/train/train_network.h"
 
 enum { POINTS = 3000, PATCHES = 3 };
 
@@ -49,7 +49,7 @@ static struct gnp_architecture small(enum gnp_trunk_kind trunk, enum gnp_head_ki
 }
 
 /* The loss of the patches, and its gradient when asked for. */
-static double loss_of(struct gnp_train_network *network, const float *parameters, float *gradient)
+static double loss_of(struct gnp_trainable *network, const float *parameters, float *gradient)
 {
 	const struct gnp_loss_options options = gnp_loss_defaults();
 	size_t size = gnp_basis_size(network->basis);
@@ -84,8 +84,8 @@ static double loss_of(struct gnp_train_network *network, const float *parameters
 static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 {
 	struct gnp_architecture architecture = small(trunk, head);
-	struct gnp_train_network network;
-	CHECK(gnp_train_operator_open(&architecture, &network, NULL) == GNP_OK);
+	struct gnp_trainable network;
+	CHECK(gnp_train_network_open(&architecture, &network, NULL) == GNP_OK);
 	size_t count = network.parameter_count;
 	float *at = calloc(count, sizeof *at), *to = calloc(count, sizeof *to), *gradient = calloc(count, sizeof *gradient);
 	network.initialize(network.state, 5, at);
@@ -112,7 +112,7 @@ static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 	free(at);
 	free(to);
 	free(gradient);
-	gnp_train_operator_close(&network);
+	gnp_train_network_close(&network);
 }
 
 static void gradients_of_the_pooled_head_are_the_slope_of_the_loss(void)
@@ -137,12 +137,12 @@ static size_t usable(const void *context, const struct gnp_patch *patch, size_t 
 static void summaries_are_calibrated(void)
 {
 	struct gnp_architecture a = small(GNP_TRUNK_EDGE, GNP_HEAD_PROJECTION);
-	struct gnp_train_network network;
+	struct gnp_trainable network;
 	struct gnp_layout layout;
 	struct gnp_projected projected;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	size_t width = gnp_projection_summary(&a);
-	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_operator_open(&a, &network, NULL) == GNP_OK);
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_network_open(&a, &network, NULL) == GNP_OK);
 	float *parameters = calloc(layout.total, sizeof *parameters);
 	network.initialize(network.state, 5, parameters);
 	CHECK(network.calibrate(network.state, &patches, 1, parameters, scratch, NULL) == GNP_OK);
@@ -161,7 +161,7 @@ static void summaries_are_calibrated(void)
 	}
 	free(parameters);
 	gnp_scratch_release(scratch, mark);
-	gnp_train_operator_close(&network);
+	gnp_train_network_close(&network);
 }
 
 static void parameters_begin_as_described(void)
@@ -223,10 +223,10 @@ static void kernels_of_both_trunks_begin_alike(void)
 static void what_cannot_be_trained_is_refused(void)
 {
 	struct gnp_architecture architecture = small(GNP_TRUNK_EDGE, GNP_HEAD_POOLED);
-	struct gnp_train_network network;
+	struct gnp_trainable network;
 	struct gnp_error error = {0};
 	architecture.width = 9;
-	CHECK(gnp_train_operator_open(&architecture, &network, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_train_network_open(&architecture, &network, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "width: got 9");
 }
 

@@ -1,4 +1,4 @@
-#include "weights/train/train_operator.h"
+#include "weights/train/train_network.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -63,10 +63,10 @@ static void describe(const struct gnp_architecture *a, char *text, size_t size)
 		used += (size_t)snprintf(text + used, size - used, "%s%u", i ? "," : " shells ", a->shell[i]);
 }
 
-gnp_status gnp_train_operator_open(const struct gnp_architecture *architecture, struct gnp_train_network *out,
+gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, struct gnp_trainable *out,
                                    struct gnp_error *error)
 {
-	struct gnp_train_network network = {.initialize = initialize, .load = load, .forward = forward, .backward = backward,
+	struct gnp_trainable network = {.initialize = initialize, .load = load, .forward = forward, .backward = backward,
 	                                    .operations = operations};
 	struct state *state = calloc(1, sizeof *state);
 	if (!state)
@@ -86,11 +86,11 @@ gnp_status gnp_train_operator_open(const struct gnp_architecture *architecture, 
 	return GNP_OK;
 }
 
-void gnp_train_operator_close(struct gnp_train_network *network)
+void gnp_train_network_close(struct gnp_trainable *network)
 {
 	struct state *state = network->state;
 	if (state)
 		gnp_network_free(state->network);
 	free(state);
-	*network = (struct gnp_train_network){.state = NULL};
+	*network = (struct gnp_trainable){.state = NULL};
 }
