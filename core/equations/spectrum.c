@@ -44,12 +44,21 @@ void gnp_spectrum_clear(struct gnp_spectrum *spectrum)
 	*spectrum = (struct gnp_spectrum){.count = 0};
 }
 
+/* Numbers of the block for that many vectors of n; false where there can be none so large. */
+static bool count_entries(size_t n, size_t capacity, size_t *entries)
+{
+	size_t rows = capacity + BLOCK, long_ones;
+	if (!gnp_size_multiply(n, rows + 2 * BLOCK + 1, &long_ones))
+		return false;
+	*entries = long_ones + rows * capacity + rows + 2 * capacity * capacity + 10 * capacity;
+	return true;
+}
+
 static bool take(struct arnoldi *work, double **block)
 {
-	size_t m = work->capacity, rows = m + BLOCK, long_ones, entries;
-	if (!gnp_size_multiply(work->n, rows + 2 * BLOCK + 1, &long_ones))
+	size_t m = work->capacity, rows = m + BLOCK, entries;
+	if (!count_entries(work->n, m, &entries))
 		return false;
-	entries = long_ones + rows * m + rows + 2 * m * m + 10 * m;
 	*block = gnp_array_new(entries, sizeof **block);
 	work->ritz = gnp_array_new(m, sizeof *work->ritz);
 	if (!*block || !work->ritz)
@@ -221,7 +230,7 @@ static gnp_status allocate(size_t points, size_t count, struct gnp_spectrum *out
 	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "spectrum: no memory for %zu eigenvectors of %zu", count, points);
 }
 
-/* Memory that is not come to is not touched. */
+/* Pages of the basis that no iteration reaches are never written, so they cost no memory. */
 static size_t capacity_of(size_t count, size_t points)
 {
 	size_t generous = 6 * count + 128, most = points - 2 * BLOCK;
@@ -307,4 +316,11 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 		gnp_spectrum_clear(&spectrum);
 	gnp_poisson_release(poisson);
 	return status;
+}
+
+size_t gnp_spectrum_memory(size_t points, size_t count)
+{
+	size_t capacity = capacity_of(count, points), entries = 0;
+	bool fits = points > 2 * BLOCK && count_entries(points, capacity, &entries) && entries < SIZE_MAX / sizeof(double) / 2;
+	return fits ? (entries + count * (points + 3)) * sizeof(double) + capacity * sizeof(struct gnp_ritz) : SIZE_MAX;
 }

@@ -25,4 +25,7 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error);
 void gnp_spectrum_clear(struct gnp_spectrum *spectrum);
 
+/* Bytes that finding them takes beside the operator and its solver; of the basis, most of it, only what iterations reach is touched. */
+size_t gnp_spectrum_memory(size_t points, size_t count);
+
 #endif

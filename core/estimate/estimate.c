@@ -259,17 +259,25 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 	*estimate = (struct gnp_estimate){0};
 }
 
-size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options)
+/* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it looks, judgements and
+ * verdicts of representatives are there too: bytes a point, as measured. What does not grow with the cloud is FIXED. */
+enum { SURVEYING = 176, SURVEYED = 48, FIXED = 6 << 20 };
+
+static size_t larger(size_t a, size_t b)
 {
-	/* order 4, points and normals 48, search tree 80, cover 16; orientation's graph 250, gone before the outputs fill */
-	/* an estimator that looks at the whole cloud first: judgements of outliers 90, verdicts on supports 80, its choices 20,
-	 * normals of sheets 24 */
-	enum { PREPARED = 148, ORIENTATION = 250, SURVEYED = 214, FIXED = 16 << 20 };
+	return a > b ? a : b;
+}
+
+size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options)
+{
+	const struct gnp_cover *cover = NULL;
+	uint64_t quantities = gnp_estimate_quantities(options);
+	bool surveys = gnp_estimate_estimator(options)->prepare != NULL;
 	size_t width = 0, size = gnp_basis_size(gnp_estimate_basis(options));
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
-		if ((options->quantities | options->if_offered) & GNP_QUANTITY_BIT(q))
+		if (quantities & GNP_QUANTITY_BIT(q))
 			width += gnp_estimate_width((enum gnp_quantity)q, size);
-	size_t outputs = width * sizeof(double);
-	size_t prepared = PREPARED + (gnp_estimate_estimator(options)->prepare ? SURVEYED : 0);
-	return FIXED + count * (prepared + (outputs > ORIENTATION ? outputs : ORIENTATION));
+	size_t fitting = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + width * sizeof(double) + (surveys ? SURVEYED : 0);
+	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
+	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

@@ -42,7 +42,8 @@ gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estim
                            struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
-/* Peak bytes gnp_estimate_run may allocate for count points, for admission control. */
-size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options);
+/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs. given: the cloud comes
+ * with normals. The scratch of workers, which their pool keeps, is not among them. */
+size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options);
 
 #endif

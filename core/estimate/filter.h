@@ -57,7 +57,7 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
                           struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error);
 void gnp_filter_clear(struct gnp_filter *filter);
 
-/* Peak bytes gnp_filter_run may allocate for count points, for admission control. */
-size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options);
+/* Peak bytes gnp_filter_run may allocate for count points, for admission control: some 350 a point. given: the cloud comes with normals. */
+size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_options *options);
 
 #endif

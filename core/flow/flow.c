@@ -381,11 +381,18 @@ gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char 
 	return status;
 }
 
-size_t gnp_flow_memory(size_t count, const struct gnp_flow_options *options)
+/* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is measured or a step is
+ * made, beside an index and what moves between the states. */
+size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options)
 {
-	/* two states with their measures, what moves between them, the result; the stiffness and the solver of an implicit step */
-	enum { STATE = 48 + 9 + 200, STEP = 24 + 25 + 24, RESULT = 64, IMPLICIT = 2 * 128 + 16 * 12 + 4 * 24, SNAPSHOT = 56, RECORD = 80 };
-	size_t each = 2 * STATE + STEP + RESULT + (options->scheme == GNP_FLOW_EXPLICIT ? 0 : IMPLICIT);
-	size_t shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
-	return gnp_estimate_memory(count, &options->estimate) + count * (each + shots * SNAPSHOT) + (size_t)options->steps * RECORD;
+	enum { BETWEEN = 96, CONFORMAL = 32, SNAPSHOT = 7 * sizeof(double), END = 7 * sizeof(double) + sizeof(int64_t) };
+	bool conformal = options->scheme == GNP_FLOW_CONFORMAL, along = !conformal && (options->insertion != 0 || options->tangential > 0);
+	size_t state = gnp_flow_state_memory(count, along, !conformal && options->tangential > 0, options->scheme != GNP_FLOW_EXPLICIT);
+	struct gnp_estimate_options estimate = options->estimate;
+	estimate.quantities = GNP_FLOW_QUANTITIES | (along ? GNP_QUANTITY_BIT(GNP_PRINCIPAL_DIRECTIONS) : 0);
+	estimate.if_offered = 0;
+	size_t estimating = gnp_estimate_memory(count, true, &estimate);
+	size_t step = state + estimating, both = 2 * state + count * (BETWEEN + (conformal ? CONFORMAL : 0)), start = gnp_estimate_memory(count, given, &estimate);
+	size_t most = step > both ? step : both, shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
+	return (most > start ? most : start) + count * (shots * SNAPSHOT + END) + ((size_t)options->steps + 1) * sizeof(struct gnp_flow_record);
 }

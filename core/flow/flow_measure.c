@@ -68,8 +68,7 @@ static gnp_status estimate(struct gnp_flow_state *state, const struct gnp_flow_r
 {
 	struct gnp_estimate_options options = rule->estimate;
 	struct gnp_estimate found;
-	options.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE) |
-	                     GNP_QUANTITY_BIT(GNP_PRINCIPAL_CURVATURES);
+	options.quantities = GNP_FLOW_QUANTITIES;
 	if (rule->along)
 		options.quantities |= GNP_QUANTITY_BIT(GNP_PRINCIPAL_DIRECTIONS);
 	options.if_offered = 0;

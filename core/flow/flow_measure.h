@@ -6,6 +6,11 @@
 #include "core/estimate/estimate.h"
 #include "core/flow/flow_state.h"
 
+/* What every state is estimated for, and where points move along the surface also principal directions. */
+#define GNP_FLOW_QUANTITIES                                                                                 \
+	(GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE) | \
+	 GNP_QUANTITY_BIT(GNP_PRINCIPAL_CURVATURES))
+
 /* What a flow settles once and every state is measured by. */
 struct gnp_flow_rule {
 	struct gnp_estimate_options estimate;

@@ -33,6 +33,18 @@ void gnp_flow_state_clear(struct gnp_flow_state *state)
 	*state = (struct gnp_flow_state){0};
 }
 
+size_t gnp_flow_state_memory(size_t count, bool along, bool tangential, bool edges)
+{
+	const struct gnp_flow_state *s = NULL;
+	size_t carried = 3 * sizeof *s->points + 3 * sizeof *s->normals + sizeof *s->index + sizeof *s->fixed + sizeof *s->before;
+	size_t measured = sizeof *s->mean_curvature + sizeof *s->smooth + 2 * sizeof *s->principal + sizeof *s->area + sizeof *s->apart +
+	                  sizeof *s->gap + 3 * sizeof *s->corner + sizeof *s->lift;
+	measured += along ? 6 * sizeof *s->directions : 0;
+	measured += tangential ? 3 * sizeof *s->shift : 0;
+	measured += edges ? GNP_FLOW_EDGES * (sizeof *s->neighbor + sizeof *s->weight) : 0;
+	return count * (carried + measured);
+}
+
 gnp_status gnp_flow_state_sort(struct gnp_flow_state *state, struct gnp_error *error)
 {
 	struct gnp_flow_state sorted;

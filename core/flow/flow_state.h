@@ -43,6 +43,9 @@ struct gnp_flow_state {
 gnp_status gnp_flow_state_reserve(struct gnp_flow_state *state, size_t count, struct gnp_error *error);
 void gnp_flow_state_clear(struct gnp_flow_state *state);
 
+/* Bytes of a measured state of count points; along, tangential, edges: as the rule it is measured by (flow_measure.h) has them. */
+size_t gnp_flow_state_memory(size_t count, bool along, bool tangential, bool edges);
+
 /* Puts the points in curve order; of a state that is not measured. On failure the state is unchanged. */
 gnp_status gnp_flow_state_sort(struct gnp_flow_state *state, struct gnp_error *error);
 

@@ -43,13 +43,13 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
 	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
 	if (status == GNP_OK)
-		status = gnp_operator_check_columns(call, "initial", NULL, error);
-	return status == GNP_OK ? gnp_operator_check_columns(call, "source", "initial", error) : status;
+		status = gnp_equation_check_columns(call, "initial", NULL, error);
+	return status == GNP_OK ? gnp_equation_check_columns(call, "source", "initial", error) : status;
 }
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
+	return gnp_equation_memory(call, &((const struct options *)(const void *)call->options)->equation,
 	                           gnp_equation_sides(call, "initial"));
 }
 

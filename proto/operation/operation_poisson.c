@@ -53,15 +53,15 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	const struct gnp_tensors *given = &call->request->inputs;
 	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
 	if (status == GNP_OK)
-		status = gnp_operator_check_columns(call, "source", NULL, error);
+		status = gnp_equation_check_columns(call, "source", NULL, error);
 	if (status == GNP_OK && gnp_tensors_find(given, "values") && !gnp_tensors_find(given, "fixed"))
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "values: need the input fixed, which says where they hold");
-	return status == GNP_OK ? gnp_operator_check_columns(call, "values", "source", error) : status;
+	return status == GNP_OK ? gnp_equation_check_columns(call, "values", "source", error) : status;
 }
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
+	return gnp_equation_memory(call, &((const struct options *)(const void *)call->options)->equation,
 	                           gnp_equation_sides(call, "source"));
 }
 
