@@ -1,6 +1,7 @@
-/* counting_malloc.so, for LD_PRELOAD into test_memory_estimates: counts the bytes that are allocated and the most there were at a time, of the
- * whole process, FLANN's, CHOLMOD's and OpenBLAS's among them. It stands in place of the C library's malloc, also below a program that has a
- * malloc of its own on top of that (__libc_malloc). Pieces count by what they take, with the header the C library keeps before each. */
+/* counting_malloc.so, for LD_PRELOAD into test_memory_estimates: counts the bytes that are allocated and the most there
+ * were at a time, of the whole process, FLANN's, CHOLMOD's and OpenBLAS's among them. It stands in place of the C
+ * library's malloc, also below a program that has a malloc of its own on top of that (__libc_malloc). Pieces count by
+ * what they take, with the header the C library keeps before each. */
 #include <dlfcn.h>
 #include <errno.h>
 #include <stdatomic.h>

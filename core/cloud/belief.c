@@ -12,8 +12,8 @@
 
 enum { FEW = 9 }; /* neighbours looked at of a row of points */
 
-/* Limits, the shares in per cent of the points looked at. Smooth shapes that their points resolve stay below each, and clouds that pass one have
- * answers that are far off; tests/unit/core/estimate/test_belief.c holds both. */
+/* Limits, the shares in per cent of the points looked at. Smooth shapes that their points resolve stay below each, and
+ * clouds that pass one have answers that are far off; tests/unit/core/estimate/test_belief.c holds both. */
 static const double STEP_MOST = 0.5;                          /* of the spacing */
 static const double LINE = 0.01, IN_ROWS_MOST = 3;            /* second variance of the FEW nearest over the first */
 static const double TURN = 45, TURNED_MOST = 20;              /* degrees, within the nearest */
@@ -86,7 +86,8 @@ static gnp_status look_at_cloud(const struct gnp_belief_sample *sample, const vo
 
 /* ---- Steps of the numbers ---- */
 
-/* The smallest step between different values (count, which are sorted); what rounding in double precision alone parts is one value. */
+/* The smallest step between different values (count, which are sorted); what rounding in double precision alone parts
+ * is one value. */
 static double smallest_gap(double *values, size_t count)
 {
 	qsort(values, count, sizeof *values, gnp_double_compare);
@@ -98,7 +99,8 @@ static double smallest_gap(double *values, size_t count)
 	return isfinite(least) ? least : 0;
 }
 
-/* The distance to the next number of single precision at the largest of the values; 0 when they are not all of single precision. */
+/* The distance to the next number of single precision at the largest of the values; 0 when they are not all of single
+ * precision. */
 static double single_step(const double *values, size_t count)
 {
 	double largest = 0;
@@ -110,8 +112,8 @@ static double single_step(const double *values, size_t count)
 	return largest > 1e-30 ? ldexp(1, ilogb(largest) - 23) : 0;
 }
 
-/* *single: of single precision at the coordinates' size; *grid: of all three axes' values, where they lie on one grid. A grid in two axes
- * is a way of sampling (terrain, images): the finest axis counts. */
+/* *single: of single precision at the coordinates' size; *grid: of all three axes' values, where they lie on one grid.
+ * A grid in two axes is a way of sampling (terrain, images): the finest axis counts. */
 static gnp_status find_steps(const struct gnp_belief_sample *sample, double *single, double *grid, struct gnp_error *error)
 {
 	double *values = gnp_array_new(sample->count, sizeof *values);

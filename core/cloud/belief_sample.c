@@ -10,7 +10,8 @@
 #include "core/fit/least_squares.h"
 #include "core/fit/taylor.h"
 
-/* Points looked at: one of EVERY, so that small clouds do not pay more for it than for their answer, and a share of FEWEST points is one. */
+/* Points looked at: one of EVERY, so that small clouds do not pay more for it than for their answer, and a share of
+ * FEWEST points is one. */
 enum { EVERY = 50, SAMPLES_LEAST = 40, SAMPLES_MOST = 512, FEWEST = 3, CHUNK = 8 };
 
 static const double PI = 3.14159265358979323846, DEGREES = 57.295779513082321;
@@ -33,8 +34,8 @@ static void between(const double *from, const double *to, double d[3])
 		d[c] = to[c] - from[c];
 }
 
-/* Of points in rows the nearest lie on a line, whose plane means nothing: looks farther until they span two directions. False when the row does
- * not. */
+/* Of points in rows the nearest lie on a line, whose plane means nothing: looks farther until they span two directions.
+ * False when the row does not. */
 bool gnp_belief_see_plane(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, const double normal[3], struct gnp_belief_look *look)
 {
 	static const double spans = 0.1; /* ratio of variances */
@@ -58,7 +59,8 @@ bool gnp_belief_tilted(const struct gnp_belief_look *look)
 	return look->flat < flat && look->tilt > GNP_BELIEF_TILT;
 }
 
-/* Root mean square heights of the nearest: over their mean, and per degree of freedom what a quadratic leaves of them. */
+/* Root mean square heights of the nearest: over their mean, and per degree of freedom what a quadratic leaves of
+ * them. */
 static void see_heights(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, struct gnp_belief_look *look)
 {
 	enum { STRIDE = 8, SIZE = 6 };

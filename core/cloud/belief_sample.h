@@ -1,4 +1,5 @@
-/* A sample of a cloud's points and what is seen about each: what clouds (belief.h) and answers (core/estimate/belief_answer.h) are judged by.
+/* A sample of a cloud's points and what is seen about each: what clouds (belief.h) and answers
+ * (core/estimate/belief_answer.h) are judged by.
  *
  * At most 512 points are looked at, so that judging takes a constant time but for one array of looks. Deterministic. */
 #ifndef GNP_CORE_BELIEF_SAMPLE_H
@@ -14,8 +15,8 @@
 /* Neighbours looked at: of a point's surface, and of the patches that estimators make. */
 enum { GNP_BELIEF_NEAR = 16, GNP_BELIEF_WIDE = 96 };
 
-/* Of so many points in curve order one is looked at, and which one of the s-th so many: not always the first, as points that lie on grids
- * have strides of their own. */
+/* Of so many points in curve order one is looked at, and which one of the s-th so many: not always the first, as points
+ * that lie on grids have strides of their own. */
 size_t gnp_belief_sample_stride(size_t count);
 static inline size_t gnp_belief_sample_point(size_t stride, size_t count, size_t s)
 {
@@ -51,7 +52,8 @@ struct gnp_belief_sample {
 	struct gnp_belief_look *looks; /* (count), owned: free() */
 };
 
-/* Finds the row of the s-th point looked at and fills its look, but for spacing, rough and small, which follow from the row. */
+/* Finds the row of the s-th point looked at and fills its look, but for spacing, rough and small, which follow from the
+ * row. */
 typedef gnp_status (*gnp_belief_look_fn)(const struct gnp_belief_sample *sample, const void *context, size_t s, struct gnp_scratch *scratch,
                                          struct gnp_belief_row *row, struct gnp_error *error);
 gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belief_look_fn look, const void *context, struct gnp_pool *pool,
@@ -79,8 +81,8 @@ gnp_status gnp_belief_find_row(const struct gnp_prepared *prepared, size_t i, si
 bool gnp_belief_see_plane(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, const double normal[3],
                           struct gnp_belief_look *look);
 
-/* Whether the normal is off the plane by more than GNP_BELIEF_TILT; nothing is said where the neighbourhood has no clear plane. Of sound
- * clouds and answers less than GNP_BELIEF_TILTED_MOST per cent are. */
+/* Whether the normal is off the plane by more than GNP_BELIEF_TILT; nothing is said where the neighbourhood has no
+ * clear plane. Of sound clouds and answers less than GNP_BELIEF_TILTED_MOST per cent are. */
 enum { GNP_BELIEF_TILT = 30, GNP_BELIEF_TILTED_MOST = 5 };
 bool gnp_belief_tilted(const struct gnp_belief_look *look);
 

@@ -222,7 +222,8 @@ static gnp_status find_directions(struct flow *flow, struct gnp_pool *pool, stru
 	return GNP_OK;
 }
 
-/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own direction. */
+/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own
+ * direction. */
 static void sum_flux(struct flow *flow)
 {
 	const struct gnp_stiffness *stiffness = &flow->geodesic->stiffness;

@@ -24,7 +24,8 @@ struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const dou
 	return range;
 }
 
-/* What u is at the end, as it is to be expected of the start. Dropped points, which have the local fit's values, are among those it is seen at. */
+/* What u is at the end, as it is to be expected of the start. Dropped points, which have the local fit's values, are
+ * among those it is seen at. */
 static struct gnp_heat_range measure(const struct gnp_domain *domain, const double *u, size_t count, size_t column)
 {
 	struct gnp_heat_range range = gnp_heat_expect(domain, u, NULL, count, column, 0);

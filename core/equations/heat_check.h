@@ -1,5 +1,6 @@
-/* Whether heat can be believed: nowhere is it more than where it began hottest, nor less than where coldest, but for what sources add; and none
- * comes or goes otherwise. Records a warning with the value found and its limit (warning.h). */
+/* Whether heat can be believed: nowhere is it more than where it began hottest, nor less than where coldest, but for
+ * what sources add; and none comes or goes otherwise. Records a warning with the value found and its limit
+ * (warning.h). */
 #ifndef GNP_CORE_HEAT_CHECK_H
 #define GNP_CORE_HEAT_CHECK_H
 

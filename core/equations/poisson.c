@@ -117,7 +117,8 @@ static gnp_status weigh(struct gnp_poisson *poisson, int mean, struct gnp_error 
 	return GNP_OK;
 }
 
-/* The solution for 1 in every part that stands alone: by it the constant that makes f consistent follows from the pinned solution. */
+/* The solution for 1 in every part that stands alone: by it the constant that makes f consistent follows from the
+ * pinned solution. */
 static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
@@ -139,8 +140,8 @@ static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, st
 	return status;
 }
 
-/* Solves for random right-hand sides, nothing given but zeros. Iterations, which take longer than preparing does, have one and stop early; where they
- * do not converge, whoever asks for a solution is told. */
+/* Solves for random right-hand sides, nothing given but zeros. Iterations, which take longer than preparing does, have
+ * one and stop early; where they do not converge, whoever asks for a solution is told. */
 static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	enum { SIDES = 4, ITERATIONS = 50 };

@@ -1,5 +1,5 @@
-/* Solves a prepared equation (gnp_poisson_solve of poisson.h): right-hand sides in, solutions with a zero mean in every part of the cloud, values
- * at points without an unknown, and a report of how well each came out. */
+/* Solves a prepared equation (gnp_poisson_solve of poisson.h): right-hand sides in, solutions with a zero mean in every
+ * part of the cloud, values at points without an unknown, and a report of how well each came out. */
 #include "core/equations/poisson.h"
 
 #include <math.h>
@@ -163,8 +163,8 @@ static gnp_status read_sources(const struct gnp_poisson *poisson, const double *
 	return GNP_OK;
 }
 
-/* The power of two that brings the largest of a side's numbers to 0.5..1. Squares of what is divided by it neither overflow nor vanish, and
- * dividing changes no digit. */
+/* The power of two that brings the largest of a side's numbers to 0.5..1. Squares of what is divided by it neither
+ * overflow nor vanish, and dividing changes no digit. */
 static int exponent_of(const double *b, size_t rows)
 {
 	double most = 0;

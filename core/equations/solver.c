@@ -80,8 +80,8 @@ static double *kept_points(const struct gnp_equation *equation, const double *po
 	return kept;
 }
 
-/* Rows of given points are of another unit than the others, which have one over a length squared: for a residual that does not depend on
- * the unit of length they weigh as much as the largest number of those. */
+/* Rows of given points are of another unit than the others, which have one over a length squared: for a residual that
+ * does not depend on the unit of length they weigh as much as the largest number of those. */
 static gnp_status weigh_rows(struct gnp_solver *solver, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
@@ -222,7 +222,8 @@ static gnp_status apply_volumes_twice(const void *context, const double *x, doub
 	return status == GNP_OK ? gnp_lu_solve(solver->lu, y, 1, pool, task, error) : status;
 }
 
-/* Given values are no unknowns of least squares: b (rows) less what they contribute; x holds them and is zero elsewhere. */
+/* Given values are no unknowns of least squares: b (rows) less what they contribute; x holds them and is zero
+ * elsewhere. */
 static gnp_status without_given(const struct gnp_equation *equation, const double *b, struct gnp_pool *pool, double *x, double *left,
                                 struct gnp_error *error)
 {

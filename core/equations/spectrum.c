@@ -77,7 +77,8 @@ static bool take(struct arnoldi *work, double **block)
 	return true;
 }
 
-/* Takes the first `count` vectors off vector `count`, twice, and makes it a unit vector. h (count + 1): their shares, its length. */
+/* Takes the first `count` vectors off vector `count`, twice, and makes it a unit vector. h (count + 1): their shares,
+ * its length. */
 static gnp_status orthogonalise(struct arnoldi *work, size_t count, double *h, struct gnp_error *error)
 {
 	double *w = work->basis + count * work->n;
@@ -261,7 +262,8 @@ static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t c
 	return status;
 }
 
-/* A shift of the size of the first eigenvalue: that of a sphere of the cloud's extent, which scales as the spectrum does. */
+/* A shift of the size of the first eigenvalue: that of a sphere of the cloud's extent, which scales as the spectrum
+ * does. */
 static gnp_status choose_shift(const struct gnp_cloud *cloud, double *shift, struct gnp_error *error)
 {
 	double mean[3] = {0}, square = 0;

@@ -64,7 +64,8 @@ struct gnp_regression gnp_adaptive_local_regression(struct gnp_adaptive_local *l
 	return regression;
 }
 
-/* The grid of priors: how fast orders fall off, and the size of third-order terms against the noise, from none to free. */
+/* The grid of priors: how fast orders fall off, and the size of third-order terms against the noise, from none to
+ * free. */
 static struct gnp_prior prior_at(int index)
 {
 	static const double rhos[RHOS] = {0.7, 1.3, 2.2}, thirds[TAUS] = {0.15, 0.5, 1.5, 5, 20, 200, 1e4};
@@ -194,8 +195,9 @@ static struct poll poll(const struct work *work, const uint32_t *voters, int lev
 	return best;
 }
 
-/* The support of smallest Hessian variance. A support too wide for the basis shows by more apparent noise than a narrower
- * one; that excess is smooth, so a share of it bends the fit coherently: variance times 1 + share * points * excess. */
+/* The support of smallest Hessian variance. A support too wide for the basis shows by more apparent noise than a
+ * narrower one; that excess is smooth, so a share of it bends the fit coherently: variance times 1 + share * points *
+ * excess. */
 static void choose(const struct work *work, size_t r, struct gnp_adaptive_support *choice)
 {
 	static const double coherent_share = 0.02;

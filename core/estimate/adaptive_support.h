@@ -1,8 +1,10 @@
-/* The supports of the adaptive estimator: over how many nearest points, and with which prior, the fits about each representative point go.
+/* The supports of the adaptive estimator: over how many nearest points, and with which prior, the fits about each
+ * representative point go.
  *
- * The evidence of Bayesian polynomial regressions (regression.h) sets the length and amplitude of the surface's variation against the noise
- * for supports from dozens to hundreds of points. Representatives next to one another vote, and the support whose Hessian has the smallest
- * posterior variance is taken. O(n), as a representative stands for dozens of points and looks at a bounded number. */
+ * The evidence of Bayesian polynomial regressions (regression.h) sets the length and amplitude of the surface's
+ * variation against the noise for supports from dozens to hundreds of points. Representatives next to one another vote,
+ * and the support whose Hessian has the smallest posterior variance is taken. O(n), as a representative stands for
+ * dozens of points and looks at a bounded number. */
 #ifndef GNP_CORE_ADAPTIVE_SUPPORT_H
 #define GNP_CORE_ADAPTIVE_SUPPORT_H
 
@@ -46,7 +48,8 @@ struct gnp_adaptive_local {
 void gnp_adaptive_local_collect(const struct gnp_adaptive_state *state, const struct gnp_patch *patch, size_t most,
                                 struct gnp_adaptive_local *local);
 
-/* Coordinates about the centre in units of the in-plane reach of the nearest `count` usable points; how many there were. */
+/* Coordinates about the centre in units of the in-plane reach of the nearest `count` usable points; how many there
+ * were. */
 size_t gnp_adaptive_local_fill(const struct gnp_patch *patch, size_t count, struct gnp_adaptive_local *local);
 
 /* The regression over the first `count` points, which borrows from local. */

@@ -9,7 +9,8 @@
 #include "core/estimate/estimate_patches.h"
 #include "core/model/model.h"
 
-/* Patches a chunk: a multiple of the batches of the projection head, and few enough that small requests do not wait long for it. */
+/* Patches a chunk: a multiple of the batches of the projection head, and few enough that small requests do not wait
+ * long for it. */
 enum { PATCHES_A_CHUNK = 48 };
 
 /* The points to estimate at, as the caller counts them; at is NULL for all of them. */
@@ -70,7 +71,8 @@ static void book_search(struct gnp_estimate_work *work, struct gnp_task *task)
 		                task->seconds[GNP_STAGE_ESTIMATE] * search / total);
 }
 
-/* Some estimators look for outliers in some clouds only. As with quantities that an estimator never has: "all" goes without. */
+/* Some estimators look for outliers in some clouds only. As with quantities that an estimator never has: "all" goes
+ * without. */
 static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_estimate_options *options, struct gnp_error *error)
 {
 	if (work->outlier || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
@@ -259,8 +261,9 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 	*estimate = (struct gnp_estimate){0};
 }
 
-/* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it looks, judgements and
- * verdicts of representatives are there too: bytes a point, as measured. What does not grow with the cloud is FIXED. */
+/* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it
+ * looks, judgements and verdicts of representatives are there too: bytes a point, as measured. What does not grow with
+ * the cloud is FIXED. */
 enum { SURVEYING = 176, SURVEYED = 48, FIXED = 6 << 20 };
 
 static size_t larger(size_t a, size_t b)

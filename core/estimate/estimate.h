@@ -11,7 +11,8 @@
 #include "core/cloud/prepare.h"
 #include "core/estimate/estimate_options.h"
 
-/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of `at`). */
+/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of
+ * `at`). */
 struct gnp_estimate {
 	size_t count;
 	size_t basis_size;                   /* width of surface_coefficients */
@@ -30,20 +31,22 @@ gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_esti
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);
 
-/* The same of a cloud made ready (prepare.h) with normals, rows in its caller's order; nothing of the cloud is checked but its count. */
+/* The same of a cloud made ready (prepare.h) with normals, rows in its caller's order; nothing of the cloud is checked
+ * but its count. */
 gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                                  struct gnp_error *error);
 
 /* The same at chosen points of the cloud alone, each at the centre of its own patch as with GNP_COVER_ALL: row i of the
- * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not used. */
+ * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not
+ * used. */
 gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
                            size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                            struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
-/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs. given: the cloud comes
- * with normals. The scratch of workers, which their pool keeps, is not among them. */
+/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs.
+ * given: the cloud comes with normals. The scratch of workers, which their pool keeps, is not among them. */
 size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options);
 
 #endif

@@ -15,7 +15,8 @@ static size_t nanoseconds(double since)
 	return (size_t)(1e9 * (gnp_clock() - since));
 }
 
-/* The nearest points each patch of a chunk needs: the balls of radius epsilon, or as many as the estimator reaches for. */
+/* The nearest points each patch of a chunk needs: the balls of radius epsilon, or as many as the estimator reaches
+ * for. */
 static gnp_status find_neighborhoods(const struct gnp_estimate_work *work, size_t begin, size_t count, struct gnp_scratch *scratch,
                                      struct gnp_neighborhoods *found, struct gnp_error *error)
 {

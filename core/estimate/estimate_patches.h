@@ -1,5 +1,5 @@
-/* The inner loop of estimation: finds the points of each patch, has the estimator fit them, writes what the surfaces are at the points they
- * serve. */
+/* The inner loop of estimation: finds the points of each patch, has the estimator fit them, writes what the surfaces
+ * are at the points they serve. */
 #ifndef GNP_CORE_ESTIMATE_PATCHES_H
 #define GNP_CORE_ESTIMATE_PATCHES_H
 

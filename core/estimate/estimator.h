@@ -21,8 +21,8 @@ enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 struct gnp_model;
 struct gnp_models;
 
-/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud chooses the model, or
- * where that is one with a projection head of the regime `outlier`, else kept. */
+/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud
+ * chooses the model, or where that is one with a projection head of the regime `outlier`, else kept. */
 enum gnp_outliers_kind { GNP_OUTLIERS_AUTO, GNP_OUTLIERS_KEPT, GNP_OUTLIERS_LEFT_OUT };
 
 /* How to fit; the fields an estimator has no use for are ignored by it. */
@@ -85,8 +85,8 @@ struct gnp_estimator {
 	size_t (*served)(const void *state, uint32_t point);
 	/* Which points it takes for outliers, (count) 0 or 1; NULL, also from the function: it does not judge. */
 	const unsigned char *(*outliers)(const void *state);
-	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that no
-	 * point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
+	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that
+	 * no point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
 	const double *(*normals)(const void *state);
 	gnp_fit_fn fit;
 };

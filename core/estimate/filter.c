@@ -129,7 +129,8 @@ static void view_clear(struct view *view)
 	free(view->outlier);
 }
 
-/* The normals are those of the points that are left if these are `known`, and those of fits if it looks `again`: then nothing is judged. */
+/* The normals are those of the points that are left if these are `known`, and those of fits if it looks `again`: then
+ * nothing is judged. */
 static gnp_status look(struct run *run, bool known, bool again, struct view *view, struct gnp_error *error)
 {
 	const struct gnp_cloud cloud = {run->result.kept, run->result.points, known ? run->result.normals : NULL};
@@ -147,7 +148,8 @@ static gnp_status look(struct run *run, bool known, bool again, struct view *vie
 	return status;
 }
 
-/* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs alone. */
+/* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs
+ * alone. */
 static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	enum { NEAR = 17 };
@@ -380,7 +382,8 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
 
 size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_options *options)
 {
-	/* points that stand alone: the neighbours of each, and distances; a copy of the points that are kept, and when they are projected their areas */
+	/* points that stand alone: the neighbours of each, and distances; a copy of the points that are kept, and when they
+	 * are projected their areas */
 	enum { ISOLATED = 17 * sizeof(uint32_t) + 3 * sizeof(double) + 2, KEPT = 3 * sizeof(double) + 2, PROJECTED = 4 * sizeof(double) };
 	const struct gnp_filter *filter = NULL;
 	struct gnp_estimate_options estimate = options->estimate;

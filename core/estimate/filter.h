@@ -51,13 +51,14 @@ struct gnp_filter {
 	const struct gnp_model *model;
 };
 
-/* Deterministic for any worker count. On failure *out is unchanged. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when fewer points are kept
- * than a neighbourhood has. task may be NULL. */
+/* Deterministic for any worker count. On failure *out is unchanged. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when fewer
+ * points are kept than a neighbourhood has. task may be NULL. */
 gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options, struct gnp_pool *pool,
                           struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error);
 void gnp_filter_clear(struct gnp_filter *filter);
 
-/* Peak bytes gnp_filter_run may allocate for count points, for admission control: some 350 a point. given: the cloud comes with normals. */
+/* Peak bytes gnp_filter_run may allocate for count points, for admission control: some 350 a point. given: the cloud
+ * comes with normals. */
 size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_options *options);
 
 #endif

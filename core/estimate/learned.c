@@ -12,8 +12,8 @@
 #include "core/model/models.h"
 #include "core/network/pooled.h"
 
-/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean models are not
- * the better ones. */
+/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean
+ * models are not the better ones. */
 static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 7e-4;
 
 enum {

@@ -1,9 +1,11 @@
-/* The estimator `gnp`: surfaces by a geometric neural operator (the paper's section on GNPs), run from a model's weights.
+/* The estimator `gnp`: surfaces by a geometric neural operator (the paper's section on GNPs), run from a model's
+ * weights.
  *
- * Models with the pooled head are the paper's networks: a patch's coordinates in, 16 Legendre coefficients out. Models with the projection
- * head (projection.h) also see the residuals of first fits; outliers are found first (outliers.h) for models of the regime `outlier`, or where they are to be left out, and no
- * point is told what lies on another sheet. Where no model is named, the cloud is looked at: with outliers or noise (noise.h) it gets the
- * models of those regimes, else those of the regime `clean`. */
+ * Models with the pooled head are the paper's networks: a patch's coordinates in, 16 Legendre coefficients out. Models
+ * with the projection head (projection.h) also see the residuals of first fits; outliers are found first (outliers.h)
+ * for models of the regime `outlier`, or where they are to be left out, and no point is told what lies on another
+ * sheet. Where no model is named, the cloud is looked at: with outliers or noise (noise.h) it gets the models of those
+ * regimes, else those of the regime `clean`. */
 #ifndef GNP_CORE_LEARNED_H
 #define GNP_CORE_LEARNED_H
 

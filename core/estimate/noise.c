@@ -16,7 +16,8 @@ struct work {
 	double near[SAMPLES], far[SAMPLES]; /* unexplained of NEAR and of POINTS points; negative where it cannot be told */
 };
 
-/* What is left of the heights at `count` positions, per degree of freedom, in units of epsilon; negative when it cannot be told. */
+/* What is left of the heights at `count` positions, per degree of freedom, in units of epsilon; negative when it cannot
+ * be told. */
 static double unexplained(const struct gnp_patch *patch, const uint32_t *positions, size_t count)
 {
 	_Alignas(64) double rows[POINTS * STRIDE], gram[STRIDE * STRIDE], moment[STRIDE];

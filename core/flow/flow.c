@@ -268,8 +268,8 @@ static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepar
 	return GNP_OK;
 }
 
-/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they become is for the rules that
- * stop a flow. */
+/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they
+ * become is for the rules that stop a flow. */
 static void keep_model(struct flow *flow)
 {
 	flow->rule.estimate.unjudged = true;
@@ -312,8 +312,8 @@ static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const 
 	return status == GNP_OK ? measure_start(flow, error) : status;
 }
 
-/* During the flow, geometry came from triangle fans. The cloud at the end is measured once more by the estimator, unless that finds no
- * surface any more. */
+/* During the flow, geometry came from triangle fans. The cloud at the end is measured once more by the estimator,
+ * unless that finds no surface any more. */
 static gnp_status estimate_end(struct flow *flow, struct gnp_error *error)
 {
 	struct gnp_flow_state end;
@@ -381,8 +381,8 @@ gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char 
 	return status;
 }
 
-/* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is measured or a step is
- * made, beside an index and what moves between the states. */
+/* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is
+ * measured or a step is made, beside an index and what moves between the states. */
 size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options)
 {
 	enum { BETWEEN = 96, CONFORMAL = 32, SNAPSHOT = 7 * sizeof(double), END = 7 * sizeof(double) + sizeof(int64_t) };

@@ -99,8 +99,8 @@ struct ring {
 	size_t size;
 };
 
-/* The Gaussian mean of H about a place near point i, over the points of its sheet that move: where others are held, the surface has
- * an edge, and what is estimated there is the edge's. */
+/* The Gaussian mean of H about a place near point i, over the points of its sheet that move: where others are held, the
+ * surface has an edge, and what is estimated there is the edge's. */
 static double smooth_about(const struct ring *ring, size_t i, const double place[3], const uint32_t *index, size_t count)
 {
 	const struct gnp_flow_state *state = ring->state;
@@ -190,7 +190,8 @@ static bool reserve_measures(struct gnp_flow_state *state, const struct gnp_flow
 	       (!rule->edges || (state->neighbor && state->weight));
 }
 
-/* So many neighbours fill the ball of the smoothing, with room: about pi (3 r0 / h)^2 lie in it. The spacing is that of a sample. */
+/* So many neighbours fill the ball of the smoothing, with room: about pi (3 r0 / h)^2 lie in it. The spacing is that of
+ * a sample. */
 static gnp_status ring_size(const struct gnp_flow_state *state, const struct gnp_flow_rule *rule,
                             const struct gnp_neighbors *neighbors, size_t *size, struct gnp_error *error)
 {

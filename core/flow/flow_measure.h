@@ -1,5 +1,5 @@
-/* Measures a state of a flow: its geometry by the estimator, then what each point sees about it (its cell, the smoothed curvature), then
- * sums over the points. O(n log n). */
+/* Measures a state of a flow: its geometry by the estimator, then what each point sees about it (its cell, the smoothed
+ * curvature), then sums over the points. O(n log n). */
 #ifndef GNP_CORE_FLOW_MEASURE_H
 #define GNP_CORE_FLOW_MEASURE_H
 
@@ -20,8 +20,9 @@ struct gnp_flow_rule {
 	bool edges;       /* an implicit step will be made */
 };
 
-/* Estimates the geometry and fills the rest. model (may be NULL): the one used. GNP_DEGENERATE when the cloud no longer determines a
- * surface; *finite: false when it has a value that is not a number, and then the measures are not to be used. */
+/* Estimates the geometry and fills the rest. model (may be NULL): the one used. GNP_DEGENERATE when the cloud no longer
+ * determines a surface; *finite: false when it has a value that is not a number, and then the measures are not to be
+ * used. */
 gnp_status gnp_flow_measure(struct gnp_flow_state *state, const struct gnp_flow_rule *rule, struct gnp_pool *pool,
                             struct gnp_task *task, const struct gnp_model **model, bool *finite, struct gnp_error *error);
 

@@ -1,9 +1,10 @@
 /* What may be asked of a mean-curvature flow, and what is assumed of what is not.
  *
- * Lengths that are NAN follow the cloud: its spacing h is the root of the mean area of its points' Voronoi cells in their tangent planes
- * at the start, leaving out cells of more than 16 times the median. The defaults are the paper's absolute values (dt 1e-4, r0 0.00667,
- * r1 0.005) on its shapes of 100,000 points, whose spacing is 0.0112: dt = 0.8 h^2, r0 = 0.6 h, r1 = 0.45 h. Explicit steps are stable
- * up to about 2 h^2 of the densest points: a dt that is left open is made smaller as points crowd together, one that is given never is. */
+ * Lengths that are NAN follow the cloud: its spacing h is the root of the mean area of its points' Voronoi cells in
+ * their tangent planes at the start, leaving out cells of more than 16 times the median. The defaults are the paper's
+ * absolute values (dt 1e-4, r0 0.00667, r1 0.005) on its shapes of 100,000 points, whose spacing is 0.0112: dt = 0.8
+ * h^2, r0 = 0.6 h, r1 = 0.45 h. Explicit steps are stable up to about 2 h^2 of the densest points: a dt that is left
+ * open is made smaller as points crowd together, one that is given never is. */
 #ifndef GNP_CORE_FLOW_OPTIONS_H
 #define GNP_CORE_FLOW_OPTIONS_H
 
@@ -33,7 +34,8 @@ struct gnp_flow_options {
 	int snapshot_every;      /* steps; 0: no snapshots. The start and the end are among them */
 };
 
-/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, projection 0.1, singularity 0.5, spacing_limit 4, no snapshots. */
+/* explicit, no volume kept, 1 step, all lengths NAN, tangential 0, projection 0.1, singularity 0.5, spacing_limit 4, no
+ * snapshots. */
 struct gnp_flow_options gnp_flow_defaults(void);
 
 /* Most bytes of snapshots. */

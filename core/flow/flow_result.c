@@ -28,7 +28,8 @@ void gnp_flow_clear(struct gnp_flow *flow)
 	*flow = (struct gnp_flow){0};
 }
 
-/* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages, not bytes. */
+/* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages,
+ * not bytes. */
 static bool extend(void *array, size_t count, size_t size)
 {
 	void *old, *new;

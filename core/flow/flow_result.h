@@ -64,7 +64,8 @@ void gnp_flow_clear(struct gnp_flow *flow);
 
 /* ---- How a flow fills its result ---- */
 
-/* Appends the row of a step, which is the result's number of steps from then on. gnp_flow_clear frees a half-made result. */
+/* Appends the row of a step, which is the result's number of steps from then on. gnp_flow_clear frees a half-made
+ * result. */
 gnp_status gnp_flow_result_record(struct gnp_flow *result, const struct gnp_flow_record *record, struct gnp_error *error);
 
 /* Appends the state, of that record. */

@@ -102,7 +102,8 @@ static gnp_status check_closed(const struct gnp_flow_options *options, size_t op
 	                     count);
 }
 
-/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the root of their mean. */
+/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the
+ * root of their mean. */
 static double usual_area(double *area, size_t count, double *spacing)
 {
 	double most = LARGE * gnp_median(area, count), total = 0;

@@ -1,4 +1,5 @@
-/* From a flow's options and its cloud to lengths: what is left open follows the cloud's spacing, and what cannot work is refused. */
+/* From a flow's options and its cloud to lengths: what is left open follows the cloud's spacing, and what cannot work
+ * is refused. */
 #ifndef GNP_CORE_FLOW_SETUP_H
 #define GNP_CORE_FLOW_SETUP_H
 

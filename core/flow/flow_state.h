@@ -43,18 +43,21 @@ struct gnp_flow_state {
 gnp_status gnp_flow_state_reserve(struct gnp_flow_state *state, size_t count, struct gnp_error *error);
 void gnp_flow_state_clear(struct gnp_flow_state *state);
 
-/* Bytes of a measured state of count points; along, tangential, edges: as the rule it is measured by (flow_measure.h) has them. */
+/* Bytes of a measured state of count points; along, tangential, edges: as the rule it is measured by (flow_measure.h)
+ * has them. */
 size_t gnp_flow_state_memory(size_t count, bool along, bool tangential, bool edges);
 
 /* Puts the points in curve order; of a state that is not measured. On failure the state is unchanged. */
 gnp_status gnp_flow_state_sort(struct gnp_flow_state *state, struct gnp_error *error);
 
-/* Positions in an order that does not depend on where points lie: fixed ones first, if asked for (their number in *fixed), then those
- * of the cloud by their index there, then inserted ones as they stand. *order (count) is freed by the caller. */
+/* Positions in an order that does not depend on where points lie: fixed ones first, if asked for (their number in
+ * *fixed), then those of the cloud by their index there, then inserted ones as they stand. *order (count) is freed by
+ * the caller. */
 gnp_status gnp_flow_state_rank(const struct gnp_flow_state *state, bool fixed_first, uint32_t **order, size_t *fixed,
                                struct gnp_error *error);
 
-/* II(d, d) at point i for a tangent vector d: twice the height of the surface over the tangent plane, to second order. */
+/* II(d, d) at point i for a tangent vector d: twice the height of the surface over the tangent plane, to second
+ * order. */
 double gnp_flow_second_form(const struct gnp_flow_state *state, size_t i, const double d[3]);
 
 /* The normal at a small way d from point i along the surface, to first order. */

@@ -1,8 +1,8 @@
 /* A model: the weights of a network with all that is needed to run it, from one file.
  *
- * The file's metadata says which network it is and how its patches are made; the keys, their types and ranges are one table in
- * model_keys.c, described in weights/README.md. The tensors must be those of gnp_architecture_layout, by name and shape, none missing
- * and none more. Nothing is guessed: a file that does not say what it is is refused. */
+ * The file's metadata says which network it is and how its patches are made; the keys, their types and ranges are one
+ * table in model_keys.c, described in weights/README.md. The tensors must be those of gnp_architecture_layout, by name
+ * and shape, none missing and none more. Nothing is guessed: a file that does not say what it is is refused. */
 #ifndef GNP_CORE_MODEL_H
 #define GNP_CORE_MODEL_H
 
@@ -41,8 +41,8 @@ struct gnp_model_source {
 	const float *parameters; /* the flat block */
 };
 
-/* Writes the file of a model: metadata, and the parameters as tensors in the layout's order; see gnp_safetensors_save. What
- * gnp_model_load would refuse is refused, and then there is no file or the old one. */
+/* Writes the file of a model: metadata, and the parameters as tensors in the layout's order; see gnp_safetensors_save.
+ * What gnp_model_load would refuse is refused, and then there is no file or the old one. */
 gnp_status gnp_model_save(const char *path, const struct gnp_model_source *source, struct gnp_error *error);
 
 #endif

@@ -38,8 +38,8 @@ static const char *head_name(unsigned i)
 #define ARCHITECTURE(member) offsetof(struct gnp_model_description, architecture.member)
 #define RECIPE(member) offsetof(struct gnp_model_description, recipe.member)
 
-/* The one table of keys, in the order they are read: those that tell which others are needed come first. The ranges of the
- * architecture are gnp_architecture_layout's to check. */
+/* The one table of keys, in the order they are read: those that tell which others are needed come first. The ranges of
+ * the architecture are gnp_architecture_layout's to check. */
 static const struct key keys[] = {
 	{"gnp_format", CHOICE, offsetof(struct gnp_model_description, format), EVERY, 0, 0, format_name},
 	{"head", CHOICE, ARCHITECTURE(head), EVERY, 0, 0, head_name},

@@ -1,5 +1,5 @@
-/* The models of a folder: every *.safetensors in it, loaded once, sorted by name, immutable and reference counted, so that
- * those who began with a set finish with it whatever is loaded meanwhile. */
+/* The models of a folder: every *.safetensors in it, loaded once, sorted by name, immutable and reference counted, so
+ * that those who began with a set finish with it whatever is loaded meanwhile. */
 #ifndef GNP_CORE_MODELS_H
 #define GNP_CORE_MODELS_H
 
@@ -10,9 +10,9 @@
 
 struct gnp_models;
 
-/* All or nothing: one bad file is an error that names it. A folder without such files gives an empty set. NULL or "": the first
- * of the default folders that has any (../share/gnpd/weights beside the program, ./weights), else an empty set. The caller
- * holds one reference. */
+/* All or nothing: one bad file is an error that names it. A folder without such files gives an empty set. NULL or "":
+ * the first of the default folders that has any (../share/gnpd/weights beside the program, ./weights), else an empty
+ * set. The caller holds one reference. */
 gnp_status gnp_models_load(const char *folder, struct gnp_models **out, struct gnp_error *error);
 
 /* Any thread. release frees with the last reference; NULL is allowed. */

@@ -1,11 +1,12 @@
 /* Files of weights: safetensors, read strictly and written deterministically.
  *
- * A file is 8 bytes of header length N (little-endian), N bytes of JSON, and the tensors' bytes, little-endian and row-major.
- * The JSON is an object: tensor name -> {"dtype", "shape", "data_offsets": [begin, end)}, offsets counted from the end of the
- * header, and "__metadata__" -> an object of strings. Read strictly means: the lengths are checked against the size of the
- * file before anything of that size is allocated; no key is given twice or unknown; names are UTF-8 without control
- * characters; tensors are F32 and finite, each has exactly the bytes of its shape, and together they cover the rest of the
- * file without a hole or an overlap. What is refused is refused with a message that names file, tensor, found and expected. */
+ * A file is 8 bytes of header length N (little-endian), N bytes of JSON, and the tensors' bytes, little-endian and
+ * row-major. The JSON is an object: tensor name -> {"dtype", "shape", "data_offsets": [begin, end)}, offsets counted
+ * from the end of the header, and "__metadata__" -> an object of strings. Read strictly means: the lengths are checked
+ * against the size of the file before anything of that size is allocated; no key is given twice or unknown; names are
+ * UTF-8 without control characters; tensors are F32 and finite, each has exactly the bytes of its shape, and together
+ * they cover the rest of the file without a hole or an overlap. What is refused is refused with a message that names
+ * file, tensor, found and expected. */
 #ifndef GNP_CORE_SAFETENSORS_H
 #define GNP_CORE_SAFETENSORS_H
 

@@ -1,5 +1,6 @@
-/* What the integrals over the edges of a patch share: a layer's kernel, a patch of a batch laid open for it, the part of the kernel's bias.
- * trunk_edge.c and trunk_edge_first.c alone include it. Memory is the pass's scratch; false or NULL: it is exhausted. */
+/* What the integrals over the edges of a patch share: a layer's kernel, a patch of a batch laid open for it, the part
+ * of the kernel's bias. trunk_edge.c and trunk_edge_first.c alone include it. Memory is the pass's scratch; false or
+ * NULL: it is exhausted. */
 #ifndef GNP_CORE_EDGE_KERNEL_H
 #define GNP_CORE_EDGE_KERNEL_H
 

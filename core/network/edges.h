@@ -1,5 +1,6 @@
-/* The edge kernel's hidden activations, h_ij = max(a_i + b_j, 0) (n) for target i and source j, made where they are used: all of
- * them would not fit a cache. a (targets, n), b (sources, n), the bias in one of them. Where a sum is 0, so is the derivative. */
+/* The edge kernel's hidden activations, h_ij = max(a_i + b_j, 0) (n) for target i and source j, made where they are
+ * used: all of them would not fit a cache. a (targets, n), b (sources, n), the bias in one of them. Where a sum is 0,
+ * so is the derivative. */
 #ifndef GNP_CORE_EDGES_H
 #define GNP_CORE_EDGES_H
 
@@ -10,7 +11,8 @@ void gnp_edges_fill(size_t targets, size_t n, const float *a, const float *b, fl
 /* da (targets, n) and db (n) += dh where h > 0. */
 void gnp_edges_fill_backward(size_t targets, size_t n, const float *h, const float *dh, float *da, float *db);
 
-/* h (targets, count, sources) of `count` neurons of all sources: a (targets, n) from the first of them on, b (count, sources). */
+/* h (targets, count, sources) of `count` neurons of all sources: a (targets, n) from the first of them on, b (count,
+ * sources). */
 void gnp_edges_fill_slice(size_t targets, size_t sources, size_t n, size_t count, const float *a, const float *b, float *h);
 
 /* moments (targets, terms, n) = sum_j x_j[f] h_ij; x (sources, terms). */

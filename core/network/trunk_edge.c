@@ -1,4 +1,5 @@
-/* The integrals of a trunk over the edges between nodes, forward and back: of inner layers in full, of the last as a mean over its targets. */
+/* The integrals of a trunk over the edges between nodes, forward and back: of inner layers in full, of the last as a
+ * mean over its targets. */
 #include <string.h>
 
 #include "core/linear/linalg.h"
@@ -6,8 +7,8 @@
 #include "core/network/edges.h"
 #include "core/network/trunk_edge_first.h"
 
-/* Neurons at a time in a forward pass: what they take of the values and of the hidden activations, 2 x 64 kB for 32 sources and
- * a width of 64, fits the second cache. */
+/* Neurons at a time in a forward pass: what they take of the values and of the hidden activations, 2 x 64 kB for 32
+ * sources and a width of 64, fits the second cache. */
 enum { SLICE = 16 };
 
 /* a and b of one patch, b as (n, sources). */
@@ -28,8 +29,8 @@ static bool open_sliced(const struct gnp_trunk_pass *pass, const struct gnp_edge
 	return true;
 }
 
-/* The integrals of one patch: values are contracted with the kernel once a source, and all edges are one product then, both made
- * and used up slice by slice. */
+/* The integrals of one patch: values are contracted with the kernel once a source, and all edges are one product then,
+ * both made and used up slice by slice. */
 static bool patch_integral(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const float *sliced, size_t patch,
                            const float *values, float *z)
 {
@@ -130,7 +131,8 @@ bool gnp_edge_integral_backward(const struct gnp_trunk_pass *pass, unsigned laye
 	return true;
 }
 
-/* The mean of the last layer's integrals is that of its hidden activations: a source counts by one row, not by one a target. */
+/* The mean of the last layer's integrals is that of its hidden activations: a source counts by one row, not by one a
+ * target. */
 bool gnp_edge_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer)
 {
 	struct gnp_trunk_tape *tape = pass->tape;

@@ -29,8 +29,8 @@ static void lifted_terms_backward(const struct gnp_trunk_pass *pass, const float
 	}
 }
 
-/* The first layer's integrals: z_i = sum_f lifted[f] K with moments_if = mean_j x_j[f] h_ij in place of the hidden activations, one
- * contraction for all patches. */
+/* The first layer's integrals: z_i = sum_f lifted[f] K with moments_if = mean_j x_j[f] h_ij in place of the hidden
+ * activations, one contraction for all patches. */
 bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, struct gnp_trunk_kept *kept)
 {
 	struct gnp_trunk_tape *tape = pass->tape;

@@ -1,5 +1,5 @@
-/* The integrals of the first layer, whose values are linear in the features: moments of the hidden activations replace them, so that patches
- * of any size cost one contraction. */
+/* The integrals of the first layer, whose values are linear in the features: moments of the hidden activations replace
+ * them, so that patches of any size cost one contraction. */
 #ifndef GNP_CORE_TRUNK_EDGE_FIRST_H
 #define GNP_CORE_TRUNK_EDGE_FIRST_H
 

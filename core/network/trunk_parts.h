@@ -15,7 +15,8 @@ struct gnp_trunk_kept {
 	float *average;   /* separable, last layer: (patches, n) of hidden[3] */
 };
 
-/* A batch laid out anew: the rows of patch p are first[p] .. first[p + 1] - 1, its sources and then the other inner nodes. */
+/* A batch laid out anew: the rows of patch p are first[p] .. first[p + 1] - 1, its sources and then the other inner
+ * nodes. */
 struct gnp_trunk_tape {
 	size_t patches, rows, terms; /* terms = features + 1 */
 	size_t *first;               /* (patches + 1) */
@@ -35,7 +36,8 @@ struct gnp_trunk_pass {
 	struct gnp_scratch *scratch;
 };
 
-/* Where a linear layer lies in the block of parameters, by name: the pattern's '#' stands for the number of the layer. */
+/* Where a linear layer lies in the block of parameters, by name: the pattern's '#' stands for the number of the
+ * layer. */
 struct gnp_linear_place {
 	size_t weight, bias;
 };

@@ -70,7 +70,8 @@ static bool take_row(const struct work *work, struct gnp_scratch *scratch, struc
 	return room && row->point && row->u && row->v;
 }
 
-/* Takes the nearest points of a neighbourhood that are kept and, if one_sheet, of the centre's sheet, by ascending index. */
+/* Takes the nearest points of a neighbourhood that are kept and, if one_sheet, of the centre's sheet, by ascending
+ * index. */
 static void choose_points(const struct work *work, size_t centre, const uint32_t *index, size_t found, bool one_sheet, struct row *row)
 {
 	const double *normals = work->prepared->normals;
@@ -86,7 +87,8 @@ static void choose_points(const struct work *work, size_t centre, const uint32_t
 	}
 }
 
-/* Unfolded into the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they come. */
+/* Unfolded into the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they
+ * come. */
 static void gather(const struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row)
 {
 	const struct gnp_prepared *prepared = work->prepared;
@@ -130,9 +132,9 @@ static void write_row(struct work *work, size_t centre, const struct row *row)
 			out->value[d][at + j] = entry((enum gnp_derivative)d, row, j, work->prepared->normals + 3 * (size_t)row->point[j]);
 }
 
-/* Where even the lowest degree is not determined (isolated points, points on a line): the value is the others' mean, the Laplacian that of the
- * graph, first derivatives are none. The system stays regular, and nobody else is any the worse. A centre that carries no unknown has the others'
- * mean for its value and thus no Laplacian. */
+/* Where even the lowest degree is not determined (isolated points, points on a line): the value is the others' mean,
+ * the Laplacian that of the graph, first derivatives are none. The system stays regular, and nobody else is any the
+ * worse. A centre that carries no unknown has the others' mean for its value and thus no Laplacian. */
 static void fall_back(size_t centre, struct row *row)
 {
 	double square = 0;

@@ -1,9 +1,9 @@
 /* Surface derivatives at every point of a cloud as sparse rows over its values.
  *
- * At each point the frame is tangent to the surface there (psi3 = the point's normal). In Monge form, and so in the unfolded coordinates
- * that agree with it to third order (unfold.h), the metric at the point is the identity and its derivatives vanish: Delta_LB f = p_uu + p_vv
- * and grad f = p_u t1 + p_v t2 of the polynomial p fitted to the values of the point's neighbours (stencil.h). Points of another sheet
- * (patch.h) take no part. */
+ * At each point the frame is tangent to the surface there (psi3 = the point's normal). In Monge form, and so in the
+ * unfolded coordinates that agree with it to third order (unfold.h), the metric at the point is the identity and its
+ * derivatives vanish: Delta_LB f = p_uu + p_vv and grad f = p_u t1 + p_v t2 of the polynomial p fitted to the values of
+ * the point's neighbours (stencil.h). Points of another sheet (patch.h) take no part. */
 #ifndef GNP_CORE_COLLOCATION_H
 #define GNP_CORE_COLLOCATION_H
 
@@ -38,7 +38,8 @@ struct gnp_collocation_rule {
 	const unsigned char *keep; /* (count) 1: the point's value may be used; NULL: every point's */
 };
 
-/* Matrices of one sparsity: rows are points, columns the kept ones, both in curve order. Freed by gnp_collocation_clear. */
+/* Matrices of one sparsity: rows are points, columns the kept ones, both in curve order. Freed by
+ * gnp_collocation_clear. */
 struct gnp_collocation {
 	size_t rows, columns;
 	size_t *row_offsets;                  /* (rows + 1) */
@@ -55,9 +56,9 @@ gnp_status gnp_collocation_make(const struct gnp_prepared *prepared, const struc
                                 struct gnp_error *error);
 void gnp_collocation_clear(struct gnp_collocation *collocation);
 
-/* The same as rows and columns of a list of `points` points that holds these among others: row and point i become row and point
- * position[i] < points, no two the same. kept and the columns stay ascending; rows of points that are none of these are empty. On failure
- * *collocation is unchanged. */
+/* The same as rows and columns of a list of `points` points that holds these among others: row and point i become row
+ * and point position[i] < points, no two the same. kept and the columns stay ascending; rows of points that are none of
+ * these are empty. On failure *collocation is unchanged. */
 gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points, struct gnp_error *error);
 
 /* A matrix of it that borrows the arrays. */

@@ -1,5 +1,5 @@
-/* Where an equation on a surface lives: the points of a cloud that take part, on the estimator's surface and with its normals, and
- * the area each stands for. */
+/* Where an equation on a surface lives: the points of a cloud that take part, on the estimator's surface and with its
+ * normals, and the area each stands for. */
 #ifndef GNP_CORE_DOMAIN_H
 #define GNP_CORE_DOMAIN_H
 
@@ -37,7 +37,8 @@ struct gnp_domain_facts {
 };
 struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain);
 
-/* Checks cloud and options as gnp_estimate_run does. Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
+/* Checks cloud and options as gnp_estimate_run does. Deterministic for any worker count. On failure *out is unchanged.
+ * task may be NULL. */
 gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
                            struct gnp_task *task, struct gnp_domain *out, struct gnp_error *error);
 bool gnp_domain_is_closed(const struct gnp_domain *domain); /* but for single open cells, which noisy and coarse clouds have: a boundary has more */

@@ -16,8 +16,8 @@ struct gnp_laplacian_options gnp_laplacian_defaults(void)
 	                                      .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN)};
 }
 
-/* Odd degrees gain little order over the even one below, but hold where surfaces are rough for the spacing. Normal equations, whose stencils are
- * twice as wide, are spared the price. */
+/* Odd degrees gain little order over the even one below, but hold where surfaces are rough for the spacing. Normal
+ * equations, whose stencils are twice as wide, are spared the price. */
 unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options)
 {
 	return options->degree ? (unsigned)options->degree : options->system == GNP_SYSTEM_SQUARE ? 5 : 4;

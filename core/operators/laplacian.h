@@ -5,8 +5,8 @@
 #include "core/operators/collocation.h"
 #include "core/operators/domain.h"
 
-/* square: every point carries an unknown. least_squares (the paper): all points collocate, but a share of them, chosen by farthest points,
- * carries none. */
+/* square: every point carries an unknown. least_squares (the paper): all points collocate, but a share of them, chosen
+ * by farthest points, carries none. */
 enum gnp_system { GNP_SYSTEM_SQUARE, GNP_SYSTEM_LEAST_SQUARES };
 
 struct gnp_laplacian_options {
@@ -24,9 +24,10 @@ struct gnp_laplacian_options gnp_laplacian_defaults(void);
 unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options);
 size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 
-/* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are
- * dropped, or points coincide. Deterministic for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is
- * warned of rows that no Laplacian has (operator_check.h). */
+/* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending
+ * (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are dropped, or points coincide. Deterministic
+ * for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is warned of
+ * rows that no Laplacian has (operator_check.h). */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error);
 

@@ -79,8 +79,8 @@ static void write_part(enum gnp_stencil_part part, unsigned degree, const struct
 	}
 }
 
-/* A factor near singular leaves few digits. What is lost shows in functions that must come out exactly: of the constant 1 the value is 1 and every
- * derivative 0. */
+/* A factor near singular leaves few digits. What is lost shows in functions that must come out exactly: of the constant
+ * 1 the value is 1 and every derivative 0. */
 static bool keeps_constants(const struct work *work, double *const weights[GNP_STENCIL_PARTS])
 {
 	static const double close = 1e-8;

@@ -87,8 +87,8 @@ static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_
 	return GNP_OK;
 }
 
-/* The projection is judged as the table judges: by the root mean squares of many patches' centres, and a third as much of points
- * near them, that a patch serves. */
+/* The projection is judged as the table judges: by the root mean squares of many patches' centres, and a third as much
+ * of points near them, that a patch serves. */
 static void set_cells(struct gnp_loss_options *loss)
 {
 	double *cell = loss->cell.lambda, *near = loss->near.lambda;

@@ -13,8 +13,8 @@ struct gnp_trainable {
 	void *state;
 	/* Fresh parameters (parameter_count) for a seed. */
 	void (*initialize)(const void *state, uint64_t seed, float *parameters);
-	/* Sets those of them that follow from data and are not trained, such as means of inputs; NULL: there are none. Before the
-	 * first step, with sets (count) of patches of several clouds. */
+	/* Sets those of them that follow from data and are not trained, such as means of inputs; NULL: there are none.
+	 * Before the first step, with sets (count) of patches of several clouds. */
 	gnp_status (*calibrate)(const void *state, const struct gnp_train_patches *sets, size_t count, float *parameters,
 	                        struct gnp_scratch *scratch, struct gnp_error *error);
 	/* Takes parameters, which stay as they are until the next call, before they are used. Not thread-safe. */

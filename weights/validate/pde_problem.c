@@ -140,8 +140,9 @@ gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regim
 	return status;
 }
 
-/* What is left of the noise when the geometry is exact: each point moves along the surface as it did, by its second fundamental form to
- * third order, and not across it. Sources stay with their points, so that they are off by this much too: no solver knows better. */
+/* What is left of the noise when the geometry is exact: each point moves along the surface as it did, by its second
+ * fundamental form to third order, and not across it. Sources stay with their points, so that they are off by this much
+ * too: no solver knows better. */
 static void keep_on_surface(const struct gnp_sample *sample, double *points)
 {
 	for (size_t i = 0; i < sample->count; i++) {

@@ -1,4 +1,5 @@
-/* A shape's cloud in one regime, known solutions of the PDE on it, and what an estimator with a system makes of them. */
+/* A shape's cloud in one regime, known solutions of the PDE on it, and what an estimator with a system makes of
+ * them. */
 #ifndef GNP_WEIGHTS_PDE_PROBLEM_H
 #define GNP_WEIGHTS_PDE_PROBLEM_H
 

@@ -1,11 +1,11 @@
-/* Whether the memory that an operation says it needs is what it takes. The daemon takes the estimate from its budget before the work begins, so
- * that less than what is used endangers every other request, and far more turns requests away for nothing: use <= estimate <= 1.5 use, and 8
- * MiB, must hold for every operation, each estimator and solver, even and random and noisy clouds, 5,000 points with one worker and up to 40,000 with
- * two.
+/* Whether the memory that an operation says it needs is what it takes. The daemon takes the estimate from its budget
+ * before the work begins, so that less than what is used endangers every other request, and far more turns requests
+ * away for nothing: use <= estimate <= 1.5 use, and 8 MiB, must hold for every operation, each estimator and solver,
+ * even and random and noisy clouds, 5,000 points with one worker and up to 40,000 with two.
  *
- * All allocations of the process count: it begins itself again with tests/counting_malloc.so before it; under a sanitizer, which has a malloc of
- * its own, by that one's hooks, and then only what is used is held against the estimate (a sanitizer's pieces are larger). MEMORY_TABLE=1
- * prints use and estimate of each. */
+ * All allocations of the process count: it begins itself again with tests/counting_malloc.so before it; under a
+ * sanitizer, which has a malloc of its own, by that one's hooks, and then only what is used is held against the
+ * estimate (a sanitizer's pieces are larger). MEMORY_TABLE=1 prints use and estimate of each. */
 #include "tests/bench/cloud_request.h"
 
 #include <dlfcn.h>
@@ -164,7 +164,8 @@ static void judge(const struct run *run, enum kind kind, size_t points, unsigned
 
 static struct gnp_models *models;
 
-/* *use: the most bytes there were at a time beside those before; *estimate: what the operation said. False: it failed. */
+/* *use: the most bytes there were at a time beside those before; *estimate: what the operation said. False: it
+ * failed. */
 static bool measure(const struct run *run, enum kind kind, size_t points, struct gnp_pool *pool, size_t *use, size_t *estimate)
 {
 	const struct gnp_limits limits = {.models = models};
@@ -191,8 +192,8 @@ static bool measure(const struct run *run, enum kind kind, size_t points, struct
 	return status == GNP_OK;
 }
 
-/* The scratch of workers belongs to the pool, which keeps it from one request to the next: a small cloud makes it before a larger one is
- * measured. */
+/* The scratch of workers belongs to the pool, which keeps it from one request to the next: a small cloud makes it
+ * before a larger one is measured. */
 static void run_once(const struct run *run, enum kind kind, size_t points, unsigned workers)
 {
 	enum { SMALL = 4000 };
