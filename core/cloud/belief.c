@@ -36,7 +36,8 @@ static void see_row(const struct gnp_prepared *prepared, const struct gnp_belief
 }
 
 /* How the normals about a point turn, and whether one in its plane is opposite. */
-static void see_normals(const struct gnp_prepared *prepared, size_t i, const struct gnp_belief_row *row, struct gnp_belief_look *look)
+static void see_normals(const struct gnp_prepared *prepared, size_t i, const struct gnp_belief_row *row,
+                        struct gnp_belief_look *look)
 {
 	const double *o = prepared->points + 3 * i, *n = prepared->normals + 3 * i;
 	double turns[GNP_BELIEF_NEAR], d[3];
@@ -52,7 +53,8 @@ static void see_normals(const struct gnp_prepared *prepared, size_t i, const str
 }
 
 /* Points that face as this one does, but lie over or under it rather than beside it. */
-static void see_sheets(const struct gnp_prepared *prepared, size_t i, const struct gnp_belief_row *row, struct gnp_belief_look *look)
+static void see_sheets(const struct gnp_prepared *prepared, size_t i, const struct gnp_belief_row *row,
+                       struct gnp_belief_look *look)
 {
 	static const double same_way = 0.9, steep = 0.6, far = 0.3;
 	const double *o = prepared->points + 3 * i, *n = prepared->normals + 3 * i;
@@ -67,8 +69,8 @@ static void see_sheets(const struct gnp_prepared *prepared, size_t i, const stru
 	look->sheets = (double)sheets / (double)row->count;
 }
 
-static gnp_status look_at_cloud(const struct gnp_belief_sample *sample, const void *context, size_t s, struct gnp_scratch *scratch,
-                                struct gnp_belief_row *row, struct gnp_error *error)
+static gnp_status look_at_cloud(const struct gnp_belief_sample *sample, const void *context, size_t s,
+                                struct gnp_scratch *scratch, struct gnp_belief_row *row, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = sample->prepared;
 	size_t i = gnp_belief_sample_point(sample->stride, prepared->count, s);
@@ -114,7 +116,8 @@ static double single_step(const double *values, size_t count)
 
 /* *single: of single precision at the coordinates' size; *grid: of all three axes' values, where they lie on one grid.
  * A grid in two axes is a way of sampling (terrain, images): the finest axis counts. */
-static gnp_status find_steps(const struct gnp_belief_sample *sample, double *single, double *grid, struct gnp_error *error)
+static gnp_status find_steps(const struct gnp_belief_sample *sample, double *single, double *grid,
+                             struct gnp_error *error)
 {
 	double *values = gnp_array_new(sample->count, sizeof *values);
 	if (!values)
@@ -147,7 +150,8 @@ static double rough_at(const void *sample, size_t s)
 	return look_at(sample, s)->rough * look_at(sample, s)->spacing;
 }
 
-static gnp_status warn_of_steps(const struct gnp_belief_sample *sample, struct gnp_warnings *warnings, struct gnp_error *error)
+static gnp_status warn_of_steps(const struct gnp_belief_sample *sample, struct gnp_warnings *warnings,
+                                struct gnp_error *error)
 {
 	double single = 0, grid = INFINITY;
 	gnp_status status = find_steps(sample, &single, &grid, error);
@@ -162,11 +166,13 @@ static gnp_status warn_of_steps(const struct gnp_belief_sample *sample, struct g
 	/* Points of a plane may lie on a grid without being off it. */
 	bool off_grid = isfinite(grid) && rough > 0.15 * grid;
 	if (single > STEP_MOST * spacing)
-		gnp_warnings_add(warnings, GNP_WARNING_PRECISION, "coordinates are of single precision, whose steps are %.3g there, the points are %.3g "
+		gnp_warnings_add(warnings, GNP_WARNING_PRECISION,
+		                 "coordinates are of single precision, whose steps are %.3g there, the points are %.3g "
 		                 "apart, the limit is %g times that: subtract an offset before rounding to FP32, or send FP64",
 		                 single, spacing, STEP_MOST);
 	else if (off_grid && grid > STEP_MOST * spacing)
-		gnp_warnings_add(warnings, GNP_WARNING_PRECISION, "coordinates are rounded to steps of %.3g, the points are %.3g apart, the limit is %g "
+		gnp_warnings_add(warnings, GNP_WARNING_PRECISION,
+		                 "coordinates are rounded to steps of %.3g, the points are %.3g apart, the limit is %g "
 		                 "times that: keep more digits",
 		                 grid, spacing, STEP_MOST);
 	return GNP_OK;
@@ -202,16 +208,19 @@ static void warn_of_sampling(const struct gnp_belief_sample *sample, struct gnp_
 	double rows = gnp_belief_sample_share(sample, in_row, sample), turns = gnp_belief_sample_share(sample, turned, sample);
 	double sheets = gnp_belief_sample_share(sample, among_sheets, sample);
 	if (rows > IN_ROWS_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_ROWS, "%.1f %% of %zu sampled points have their %d nearest on one line, the limit is %g %%: points lie "
+		gnp_warnings_add(warnings, GNP_WARNING_ROWS,
+		                 "%.1f %% of %zu sampled points have their %d nearest on one line, the limit is %g %%: points lie "
 		                 "in rows several times as far apart as the points in a row, thin them to the rows' distance, or take estimator=adaptive "
 		                 "and compare",
 		                 rows, sample->count, FEW - 1, IN_ROWS_MOST);
 	if (turns > TURNED_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_RESOLUTION, "at %.1f %% of %zu sampled points the surface turns by more than %g degrees within the %d "
+		gnp_warnings_add(warnings, GNP_WARNING_RESOLUTION,
+		                 "at %.1f %% of %zu sampled points the surface turns by more than %g degrees within the %d "
 		                 "nearest, the limit is %g %%: there are too few points for its curvature, sample it more densely",
 		                 turns, sample->count, TURN, GNP_BELIEF_NEAR, TURNED_MOST);
 	if (sheets > SHEETS_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_SHEETS, "%.1f %% of %zu sampled points have among their %d nearest more than %g %% over or under them "
+		gnp_warnings_add(warnings, GNP_WARNING_SHEETS,
+		                 "%.1f %% of %zu sampled points have among their %d nearest more than %g %% over or under them "
 		                 "that face the same way, the limit is %g %%: sheets lie closer than patches are wide, which mix them, send normals and "
 		                 "the sheets one by one",
 		                 sheets, sample->count, GNP_BELIEF_WIDE, 100 * SHEET, SHEETS_MOST);
@@ -222,11 +231,13 @@ static void warn_of_given(const struct gnp_belief_sample *sample, struct gnp_war
 	double tilts = gnp_belief_sample_share(sample, tilted, sample);
 	double opposite = gnp_belief_sample_share(sample, opposed, sample);
 	if (tilts > GNP_BELIEF_TILTED_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS, "%.1f %% of %zu sampled points came with a normal more than %d degrees off the plane of "
+		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS,
+		                 "%.1f %% of %zu sampled points came with a normal more than %d degrees off the plane of "
 		                 "their nearest points, the limit is %d %%: leave the normals out, they are estimated then",
 		                 tilts, sample->count, GNP_BELIEF_TILT, GNP_BELIEF_TILTED_MOST);
 	else if (opposite > OPPOSITE_GIVEN_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS, "%.1f %% of %zu sampled points came with a normal opposite to one beside it, the limit "
+		gnp_warnings_add(warnings, GNP_WARNING_GIVEN_NORMALS,
+		                 "%.1f %% of %zu sampled points came with a normal opposite to one beside it, the limit "
 		                 "is %g %%: orient the normals, or leave them out",
 		                 opposite, sample->count, OPPOSITE_GIVEN_MOST);
 }
@@ -235,13 +246,14 @@ static void warn_of_sides(const struct gnp_belief_sample *sample, struct gnp_war
 {
 	double opposite = gnp_belief_sample_share(sample, opposed, sample);
 	if (opposite > OPPOSITE_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.1f %% of %zu sampled points have a normal opposite to one beside it, the limit is %g %%: parts "
+		gnp_warnings_add(warnings, GNP_WARNING_NORMALS,
+		                 "%.1f %% of %zu sampled points have a normal opposite to one beside it, the limit is %g %%: parts "
 		                 "came out inside out, send normals",
 		                 opposite, sample->count, OPPOSITE_MOST);
 }
 
-gnp_status gnp_belief_check_cloud(const struct gnp_prepared *prepared, bool given, struct gnp_pool *pool, struct gnp_task *task,
-                                  struct gnp_error *error)
+gnp_status gnp_belief_check_cloud(const struct gnp_prepared *prepared, bool given, struct gnp_pool *pool,
+                                  struct gnp_task *task, struct gnp_error *error)
 {
 	struct gnp_warnings *warnings = gnp_task_warnings(task);
 	struct gnp_belief_sample sample;

@@ -12,7 +12,7 @@
 /* Of the cloud: steps of its numbers against its spacing, points in rows, sheets and folds closer than their points are
  * spaced; of normals that were given, that they contradict the points or one another. Nothing is done without a task.
  * Deterministic. */
-gnp_status gnp_belief_check_cloud(const struct gnp_prepared *prepared, bool given, struct gnp_pool *pool, struct gnp_task *task,
-                                  struct gnp_error *error);
+gnp_status gnp_belief_check_cloud(const struct gnp_prepared *prepared, bool given, struct gnp_pool *pool,
+                                  struct gnp_task *task, struct gnp_error *error);
 
 #endif

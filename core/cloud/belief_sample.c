@@ -36,7 +36,8 @@ static void between(const double *from, const double *to, double d[3])
 
 /* Of points in rows the nearest lie on a line, whose plane means nothing: looks farther until they span two directions.
  * False when the row does not. */
-bool gnp_belief_see_plane(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, const double normal[3], struct gnp_belief_look *look)
+bool gnp_belief_see_plane(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, const double normal[3],
+                          struct gnp_belief_look *look)
 {
 	static const double spans = 0.1; /* ratio of variances */
 	struct gnp_pca pca;
@@ -61,7 +62,8 @@ bool gnp_belief_tilted(const struct gnp_belief_look *look)
 
 /* Root mean square heights of the nearest: over their mean, and per degree of freedom what a quadratic leaves of
  * them. */
-static void see_heights(const struct gnp_prepared *prepared, const struct gnp_belief_row *row, struct gnp_belief_look *look)
+static void see_heights(const struct gnp_prepared *prepared, const struct gnp_belief_row *row,
+                        struct gnp_belief_look *look)
 {
 	enum { STRIDE = 8, SIZE = 6 };
 	_Alignas(64) double rows[GNP_BELIEF_NEAR * STRIDE], gram[STRIDE * STRIDE], moment[STRIDE];
@@ -112,7 +114,8 @@ struct work {
 	const void *context;
 };
 
-static gnp_status look_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status look_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	const struct work *work = context;
 	struct gnp_belief_row row;
@@ -129,8 +132,9 @@ static gnp_status look_chunk(void *context, size_t begin, size_t end, struct gnp
 	return status;
 }
 
-gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belief_look_fn look, const void *context, struct gnp_pool *pool,
-                                  struct gnp_task *task, struct gnp_belief_sample *out, struct gnp_error *error)
+gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belief_look_fn look, const void *context,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_belief_sample *out,
+                                  struct gnp_error *error)
 {
 	struct gnp_belief_sample sample = {.prepared = prepared, .stride = gnp_belief_sample_stride(prepared->count)};
 	struct work work = {&sample, look, context};
@@ -146,7 +150,8 @@ gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belie
 	return status;
 }
 
-double gnp_belief_sample_share(const struct gnp_belief_sample *sample, bool (*holds)(const void *context, size_t s), const void *context)
+double gnp_belief_sample_share(const struct gnp_belief_sample *sample, bool (*holds)(const void *context, size_t s),
+                               const void *context)
 {
 	size_t count = 0;
 	for (size_t s = 0; s < sample->count; s++)
@@ -154,8 +159,8 @@ double gnp_belief_sample_share(const struct gnp_belief_sample *sample, bool (*ho
 	return count < FEWEST ? 0 : 100 * (double)count / (double)sample->count;
 }
 
-double gnp_belief_sample_median(const struct gnp_belief_sample *sample, double (*of)(const void *context, size_t s), const void *context,
-                                double *values)
+double gnp_belief_sample_median(const struct gnp_belief_sample *sample, double (*of)(const void *context, size_t s),
+                                const void *context, double *values)
 {
 	size_t known = 0;
 	for (size_t s = 0; s < sample->count; s++) {

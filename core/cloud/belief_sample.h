@@ -54,17 +54,20 @@ struct gnp_belief_sample {
 
 /* Finds the row of the s-th point looked at and fills its look, but for spacing, rough and small, which follow from the
  * row. */
-typedef gnp_status (*gnp_belief_look_fn)(const struct gnp_belief_sample *sample, const void *context, size_t s, struct gnp_scratch *scratch,
-                                         struct gnp_belief_row *row, struct gnp_error *error);
-gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belief_look_fn look, const void *context, struct gnp_pool *pool,
-                                  struct gnp_task *task, struct gnp_belief_sample *out, struct gnp_error *error);
+typedef gnp_status (*gnp_belief_look_fn)(const struct gnp_belief_sample *sample, const void *context, size_t s,
+                                         struct gnp_scratch *scratch, struct gnp_belief_row *row,
+                                         struct gnp_error *error);
+gnp_status gnp_belief_sample_make(const struct gnp_prepared *prepared, gnp_belief_look_fn look, const void *context,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_belief_sample *out,
+                                  struct gnp_error *error);
 
 /* The share of the points looked at of which something holds, in per cent; 0 of fewer than 3. */
-double gnp_belief_sample_share(const struct gnp_belief_sample *sample, bool (*holds)(const void *context, size_t s), const void *context);
+double gnp_belief_sample_share(const struct gnp_belief_sample *sample, bool (*holds)(const void *context, size_t s),
+                               const void *context);
 
 /* The median of what is finite; 0 of nothing. values (count): room. */
-double gnp_belief_sample_median(const struct gnp_belief_sample *sample, double (*of)(const void *context, size_t s), const void *context,
-                                double *values);
+double gnp_belief_sample_median(const struct gnp_belief_sample *sample, double (*of)(const void *context, size_t s),
+                                const void *context, double *values);
 
 /* ---- For functions that look ---- */
 

@@ -14,7 +14,8 @@ struct gnp_heat_range {
 };
 
 /* u, source (n, count): at the start; source may be NULL. time: from there to the end. */
-struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source, size_t count, size_t column, double time);
+struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source,
+                                      size_t count, size_t column, double time);
 /* u (n, count), ranges (count): at the end. warnings may be NULL. */
 void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t count, const struct gnp_heat_range *ranges,
                     struct gnp_warnings *warnings);

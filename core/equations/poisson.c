@@ -65,9 +65,11 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 static gnp_status check_options(const struct gnp_poisson_options *options, struct gnp_error *error)
 {
 	if (!(options->screening >= 0) || isinf(options->screening))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g, need a finite number >= 0", options->screening);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "screening: got %g, need a finite number >= 0", options->screening);
 	if (options->solver < GNP_SOLVER_AUTO || options->solver > GNP_SOLVER_ITERATIVE)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "solver: got %d, need 0..%d", options->solver, GNP_SOLVER_ITERATIVE);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "solver: got %d, need 0..%d", options->solver, GNP_SOLVER_ITERATIVE);
 	if (options->mean < GNP_MEAN_AREA || options->mean > GNP_MEAN_PLAIN)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "mean: got %d, need 0..%d", options->mean, GNP_MEAN_PLAIN);
 	if (!(options->tolerance >= 1e-14 && options->tolerance <= 0.1))
@@ -78,7 +80,8 @@ static gnp_status check_options(const struct gnp_poisson_options *options, struc
 }
 
 /* The fixed points in curve order; *given stays NULL when there are none. */
-static gnp_status order_fixed(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char **given, struct gnp_error *error)
+static gnp_status order_fixed(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char **given,
+                              struct gnp_error *error)
 {
 	size_t count = domain->prepared.count, found = 0;
 	if (!fixed)
@@ -96,8 +99,9 @@ static gnp_status order_fixed(const struct gnp_domain *domain, const unsigned ch
 	return GNP_OK;
 }
 
-static gnp_status assemble_values(struct gnp_poisson *poisson, const struct gnp_laplacian_options *options, const unsigned char *given,
-                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status assemble_values(struct gnp_poisson *poisson, const struct gnp_laplacian_options *options,
+                                  const unsigned char *given, struct gnp_pool *pool, struct gnp_task *task,
+                                  struct gnp_error *error)
 {
 	struct gnp_laplacian_options wanted = *options;
 	if (options->system != GNP_SYSTEM_LEAST_SQUARES)
@@ -119,7 +123,8 @@ static gnp_status weigh(struct gnp_poisson *poisson, int mean, struct gnp_error 
 
 /* The solution for 1 in every part that stands alone: by it the constant that makes f consistent follows from the
  * pinned solution. */
-static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task,
+                          struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
 	size_t n = equation->unknowns;
@@ -142,7 +147,8 @@ static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, st
 
 /* Solves for random right-hand sides, nothing given but zeros. Iterations, which take longer than preparing does, have
  * one and stop early; where they do not converge, whoever asks for a solution is told. */
-static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task,
+                                 struct gnp_error *error)
 {
 	enum { SIDES = 4, ITERATIONS = 50 };
 	bool direct = gnp_solver_kind(poisson->solver) == GNP_SOLVER_DIRECT;
@@ -175,12 +181,14 @@ static gnp_status check_screening(const struct gnp_domain *domain, double alpha,
 		area += domain->area[i] / (double)domain->prepared.count;
 	if (alpha * area <= most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g (of heat: one over dt), need at most %g, %g over the area of %g that a point "
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "screening: got %g (of heat: one over dt), need at most %g, %g over the area of %g that a point "
 	                                                  "stands for", alpha, most / area, most, area);
 }
 
-static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
-                       struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud,
+                       const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                       struct gnp_error *error)
 {
 	unsigned char *given = NULL;
 	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
@@ -215,8 +223,9 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	return status;
 }
 
-gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error)
+gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                               struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);
 	if (status != GNP_OK)

@@ -32,8 +32,9 @@ struct gnp_poisson; /* opaque */
 /* The caller holds one reference. GNP_INVALID_ARGUMENT, GNP_DEGENERATE, GNP_SINGULAR, GNP_TOO_LARGE with the estimate
  * of the memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of an
  * operator that is not to be believed (operator_check.h). */
-gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error);
+gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                               struct gnp_error *error);
 struct gnp_poisson *gnp_poisson_retain(struct gnp_poisson *poisson);
 void gnp_poisson_release(struct gnp_poisson *poisson); /* frees with the last reference; NULL is allowed */
 
@@ -69,8 +70,8 @@ struct gnp_poisson_report {
  * count) are read where u is fixed, may be NULL when nothing is. reports (count) out, may be NULL. Points without an
  * unknown get the value of the local fit. GNP_INVALID_ARGUMENT for numbers that are not finite, GNP_NO_CONVERGENCE,
  * also where solutions are not. On failure solution is undefined. task may be NULL. */
-gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values, size_t count,
-                             struct gnp_pool *pool, struct gnp_task *task, double *solution, struct gnp_poisson_report *reports,
-                             struct gnp_error *error);
+gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values,
+                             size_t count, struct gnp_pool *pool, struct gnp_task *task, double *solution,
+                             struct gnp_poisson_report *reports, struct gnp_error *error);
 
 #endif

@@ -72,8 +72,8 @@ static gnp_status solve_again(struct side *side, struct gnp_pool *pool, struct g
 	return status;
 }
 
-static gnp_status settle_constants(struct side *side, struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson_report *report,
-                                   struct gnp_error *error)
+static gnp_status settle_constants(struct side *side, struct gnp_pool *pool, struct gnp_task *task,
+                                   struct gnp_poisson_report *report, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &side->poisson->equation;
 	if (equation->components.count == 0)
@@ -89,8 +89,8 @@ static gnp_status settle_constants(struct side *side, struct gnp_pool *pool, str
 }
 
 /* Of the equation itself, without pins and rows of given points. left (rows): spare. */
-static gnp_status measure_misfit(const struct side *side, struct gnp_pool *pool, double *left, struct gnp_poisson_report *report,
-                                 struct gnp_error *error)
+static gnp_status measure_misfit(const struct side *side, struct gnp_pool *pool, double *left,
+                                 struct gnp_poisson_report *report, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &side->poisson->equation;
 	double miss = 0, size = 0;
@@ -125,8 +125,8 @@ static gnp_status write_dropped(const struct gnp_poisson *poisson, size_t column
 	return status;
 }
 
-static gnp_status write_solution(const struct side *side, size_t column, size_t count, struct gnp_pool *pool, double *values,
-                                 double *solution, struct gnp_error *error)
+static gnp_status write_solution(const struct side *side, size_t column, size_t count, struct gnp_pool *pool,
+                                 double *values, double *solution, struct gnp_error *error)
 {
 	const struct gnp_poisson *poisson = side->poisson;
 	const struct gnp_equation *equation = &poisson->equation;
@@ -144,8 +144,8 @@ static gnp_status write_solution(const struct side *side, size_t column, size_t 
 }
 
 /* b (count, rows) in curve order; rows of fixed points hold their values. */
-static gnp_status read_sources(const struct gnp_poisson *poisson, const double *source, const double *values, size_t count, double *b,
-                               struct gnp_error *error)
+static gnp_status read_sources(const struct gnp_poisson *poisson, const double *source, const double *values,
+                               size_t count, double *b, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
 	const uint32_t *order = poisson->domain.prepared.order;
@@ -182,15 +182,16 @@ static void multiply_by_power(double *values, size_t count, size_t stride, int e
 }
 
 /* A side's solution and report in the units of its source. */
-static gnp_status take_power_back(const struct gnp_poisson *poisson, size_t column, size_t count, int exponent, double *solution,
-                                  struct gnp_poisson_report *report, struct gnp_error *error)
+static gnp_status take_power_back(const struct gnp_poisson *poisson, size_t column, size_t count, int exponent,
+                                  double *solution, struct gnp_poisson_report *report, struct gnp_error *error)
 {
 	size_t points = poisson->domain.cloud_count;
 	report->mean = ldexp(report->mean, exponent);
 	multiply_by_power(solution + column, points, count, exponent);
 	for (size_t i = 0; i < points; i++)
 		if (!isfinite(solution[i * count + column]))
-			return gnp_error_set(error, GNP_NO_CONVERGENCE, "solution: value %zu of point %zu is %g: the numbers of the source or the points are "
+			return gnp_error_set(error, GNP_NO_CONVERGENCE,
+			                     "solution: value %zu of point %zu is %g: the numbers of the source or the points are "
 			                                                "too large or too small for their unit", column, i, solution[i * count + column]);
 	return GNP_OK;
 }
@@ -206,8 +207,9 @@ static double energy_of(const struct side *side, const double *values)
 	return gnp_energy_quotient(&poisson->volumes, poisson->domain.area, values, side->b, equation->alpha, equation->given != NULL);
 }
 
-static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count, const int *exponent,
-                               struct gnp_pool *pool, struct gnp_task *task, const struct gnp_krylov_report *solved, double *solution,
+static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count,
+                               const int *exponent, struct gnp_pool *pool, struct gnp_task *task,
+                               const struct gnp_krylov_report *solved, double *solution,
                                struct gnp_poisson_report *reports, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
@@ -234,9 +236,9 @@ static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, dou
 	return status;
 }
 
-gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values, size_t count,
-                             struct gnp_pool *pool, struct gnp_task *task, double *solution, struct gnp_poisson_report *reports,
-                             struct gnp_error *error)
+gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values,
+                             size_t count, struct gnp_pool *pool, struct gnp_task *task, double *solution,
+                             struct gnp_poisson_report *reports, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = &poisson->equation;
 	size_t entries;

@@ -162,7 +162,8 @@ static gnp_status decompose(struct arnoldi *work, struct gnp_error *error)
 	for (size_t k = 0; k < m; k++)
 		memcpy(work->matrix + k * m, work->projected + k * rows, m * sizeof(double));
 	if (gnp_linalg_eigen(m, work->matrix, work->real, work->imaginary, work->vectors, work->spare) != 0)
-		return gnp_error_set(error, GNP_NO_CONVERGENCE, "spectrum: the eigenvalues of a matrix of %zu rows were not found", m);
+		return gnp_error_set(error, GNP_NO_CONVERGENCE,
+		                     "spectrum: the eigenvalues of a matrix of %zu rows were not found", m);
 	for (size_t k = 0; k < m; k++) {
 		double theta = work->real[k], size = fmax(fabs(theta), 1e-300);
 		size_t part = work->imaginary[k] < 0; /* pairs come with the positive one first */
@@ -194,7 +195,8 @@ static gnp_status iterate(struct arnoldi *work, double tolerance, struct gnp_err
 			return GNP_OK;
 	}
 	if (status == GNP_OK)
-		status = gnp_error_set(error, GNP_NO_CONVERGENCE, "spectrum: residual %.3g with %zu vectors, need at most %g", worst, work->size,
+		status = gnp_error_set(error, GNP_NO_CONVERGENCE,
+		                       "spectrum: residual %.3g with %zu vectors, need at most %g", worst, work->size,
 		                       tolerance);
 	return status;
 }
@@ -238,8 +240,8 @@ static size_t capacity_of(size_t count, size_t points)
 	return (generous < most ? generous : most) / BLOCK * BLOCK;
 }
 
-static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t count, double tolerance, struct gnp_pool *pool,
-                       struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
+static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t count, double tolerance,
+                       struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
 {
 	struct arnoldi work = {.poisson = poisson, .pool = pool, .task = task, .n = gnp_poisson_info(poisson).points, .wanted = count,
 	                       .sigma = sigma, .capacity = capacity_of(count, gnp_poisson_info(poisson).points)};
@@ -272,7 +274,8 @@ static gnp_status choose_shift(const struct gnp_cloud *cloud, double *shift, str
 	for (size_t i = 0; i < 3 * cloud->count; i++)
 		square += (cloud->points[i] - mean[i % 3]) * (cloud->points[i] - mean[i % 3]) / (double)cloud->count;
 	if (isinf(1 / square))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: the mean square of their distance from their middle is %.3g, which has no "
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "points: the mean square of their distance from their middle is %.3g, which has no "
 		                     "inverse in double precision: scale them up", square);
 	*shift = 1 / square;
 	return GNP_OK;
@@ -283,13 +286,15 @@ gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *err
 	if (count < 1 || count > COUNT_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%d", count, COUNT_MAX);
 	if (points < 4 * count + 96)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, 4 count + 96 where count is %zu", points,
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "points: got %zu, need at least %zu, 4 count + 96 where count is %zu", points,
 		                     4 * count + 96, count);
 	return GNP_OK;
 }
 
-gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count, double tolerance,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
+gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
+                            double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out,
+                            struct gnp_error *error)
 {
 	struct gnp_poisson_options screened = *options;
 	struct gnp_poisson *poisson = NULL;

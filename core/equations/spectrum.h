@@ -23,8 +23,9 @@ gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *err
  * nothing fixed. tolerance: of the residuals; 1e-12..0.1. GNP_NO_CONVERGENCE. Deterministic for any worker count. On
  * failure *out is unchanged. task may be NULL; it is warned of eigenpairs that are not to be believed
  * (spectrum_check.h). */
-gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count, double tolerance,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error);
+gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
+                            double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out,
+                            struct gnp_error *error);
 void gnp_spectrum_clear(struct gnp_spectrum *spectrum);
 
 /* Bytes that finding them takes beside the operator and its solver; of the basis, most of it, only what iterations

@@ -8,7 +8,7 @@
 
 /* shift: of the size of the first eigenvalue, what deviations near zero are measured by. GNP_NO_CONVERGENCE for a value
  * that is not finite: so many others are far below zero that those wanted are not there. warnings may be NULL. */
-gnp_status gnp_spectrum_believe(const struct gnp_spectrum *spectrum, const struct gnp_poisson *poisson, double shift, struct gnp_warnings *warnings,
-                                struct gnp_error *error);
+gnp_status gnp_spectrum_believe(const struct gnp_spectrum *spectrum, const struct gnp_poisson *poisson, double shift,
+                                struct gnp_warnings *warnings, struct gnp_error *error);
 
 #endif

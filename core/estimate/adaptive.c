@@ -27,8 +27,8 @@ void gnp_adaptive_release(void *pointer)
 	free(state);
 }
 
-static gnp_status prepare_state(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
-                                struct gnp_task *task, struct gnp_error *error)
+static gnp_status prepare_state(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	state->count = cloud->count;
 	state->normals = gnp_array_new(cloud->count, 3 * sizeof *state->normals);
@@ -51,7 +51,8 @@ static gnp_status prepare_state(struct gnp_adaptive_state *state, const struct g
 			state->representative[state->cover.member[m]] = (uint32_t)r;
 	state->choice = gnp_array_new(state->cover.count, sizeof *state->choice);
 	if (!state->choice)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "adaptive: no memory for %zu representatives", state->cover.count);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                     "adaptive: no memory for %zu representatives", state->cover.count);
 	return gnp_adaptive_support_choose(state, cloud, pool, task, error);
 }
 
@@ -113,8 +114,8 @@ static size_t drop_misfits(struct gnp_adaptive_local *local, size_t count, const
 	return kept;
 }
 
-static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_patch *patch, struct gnp_adaptive_local *local, double *coefficients,
-                      double *factor, struct gnp_fit *fit)
+static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_patch *patch,
+                      struct gnp_adaptive_local *local, double *coefficients, double *factor, struct gnp_fit *fit)
 {
 	enum { REFITS = 3 };
 	const struct gnp_adaptive_support *choice = &state->choice[state->representative[patch->centre]];

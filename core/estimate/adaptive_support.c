@@ -91,7 +91,8 @@ static struct verdict judge_prior(const struct gnp_regression *regression, int i
 }
 
 /* Tries every prior on every support; the sums of a support go on into the next wider one. */
-static void judge(const struct gnp_adaptive_state *state, const struct gnp_patch *patch, struct gnp_adaptive_local *local, struct view *views)
+static void judge(const struct gnp_adaptive_state *state, const struct gnp_patch *patch,
+                  struct gnp_adaptive_local *local, struct view *views)
 {
 	struct gnp_posterior posterior = {.factor = local->factor, .mean = local->mean};
 	struct gnp_regression sums = {.rows = local->rows, .gram = local->sums, .moment = local->sums_moment};
@@ -122,7 +123,8 @@ struct work {
 	uint32_t *voters;         /* (representatives, VOTERS), itself first; ends early with itself again */
 };
 
-static void find_voters(const struct gnp_adaptive_state *state, const struct gnp_patch *patch, uint32_t self, uint32_t *voters)
+static void find_voters(const struct gnp_adaptive_state *state, const struct gnp_patch *patch, uint32_t self,
+                        uint32_t *voters)
 {
 	size_t found = 1;
 	voters[0] = self;
@@ -138,7 +140,8 @@ static void find_voters(const struct gnp_adaptive_state *state, const struct gnp
 		voters[found] = self;
 }
 
-static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;
@@ -222,7 +225,8 @@ static void choose(const struct work *work, size_t r, struct gnp_adaptive_suppor
 	}
 }
 
-static gnp_status choose_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status choose_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct work *work = context;
 	(void)scratch;
@@ -234,8 +238,8 @@ static gnp_status choose_chunk(void *context, size_t begin, size_t end, struct g
 	return GNP_OK;
 }
 
-gnp_status gnp_adaptive_support_choose(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
-                                       struct gnp_task *task, struct gnp_error *error)
+gnp_status gnp_adaptive_support_choose(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud,
+                                       struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	struct work work = {.cloud = cloud, .state = state};
 	size_t count = state->cover.count;

@@ -56,7 +56,7 @@ size_t gnp_adaptive_local_fill(const struct gnp_patch *patch, size_t count, stru
 struct gnp_regression gnp_adaptive_local_regression(struct gnp_adaptive_local *local, size_t count);
 
 /* Fills the choices (cover.count, room for them is there). On failure they are undefined. */
-gnp_status gnp_adaptive_support_choose(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
-                                       struct gnp_task *task, struct gnp_error *error);
+gnp_status gnp_adaptive_support_choose(struct gnp_adaptive_state *state, const struct gnp_fit_cloud *cloud,
+                                       struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error);
 
 #endif

@@ -17,8 +17,8 @@ struct work {
 };
 
 /* The wide row costs most and is looked for only where the near one spans one direction. */
-static gnp_status look_at_answer(const struct gnp_belief_sample *sample, const void *context, size_t s, struct gnp_scratch *scratch,
-                                 struct gnp_belief_row *row, struct gnp_error *error)
+static gnp_status look_at_answer(const struct gnp_belief_sample *sample, const void *context, size_t s,
+                                 struct gnp_scratch *scratch, struct gnp_belief_row *row, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = sample->prepared;
 	const double *normal = ((const struct gnp_belief_probe *)context)[s].normal;
@@ -62,7 +62,8 @@ static bool creased(const void *context, size_t s)
 	return residual > CREASE_LEAST && residual > CREASE * small && !work->probes[s].outlier;
 }
 
-static gnp_status warn_of_detail(const struct work *work, bool standard_errors, struct gnp_warnings *warnings, struct gnp_error *error)
+static gnp_status warn_of_detail(const struct work *work, bool standard_errors, struct gnp_warnings *warnings,
+                                 struct gnp_error *error)
 {
 	double *values = gnp_array_new(work->sample.count, sizeof *values);
 	if (!values)
@@ -72,15 +73,18 @@ static gnp_status warn_of_detail(const struct work *work, bool standard_errors, 
 	double creases = gnp_belief_sample_share(&work->sample, creased, work);
 	free(values);
 	if (standard_errors && residual > SCATTER)
-		gnp_warnings_add(warnings, GNP_WARNING_STDERR, "heights scatter by %.2g spacings, from %g on curvatures are flattened by more than their "
+		gnp_warnings_add(warnings, GNP_WARNING_STDERR,
+		                 "heights scatter by %.2g spacings, from %g on curvatures are flattened by more than their "
 		                 "standard errors, which hold the scatter alone: take them for weights, not for bounds",
 		                 residual, SCATTER);
 	if (residual > BLUR_LEAST && residual > BLUR * small)
-		gnp_warnings_add(warnings, GNP_WARNING_DETAIL, "fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
+		gnp_warnings_add(warnings, GNP_WARNING_DETAIL,
+		                 "fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
 		                 "is %g times that: detail is taken for noise, take a clean model (weights=clean_30k) or estimator=adaptive",
 		                 residual, GNP_BELIEF_NEAR, small, BLUR);
 	else if (creases > CREASES_MOST)
-		gnp_warnings_add(warnings, GNP_WARNING_DETAIL, "at %.1f %% of %zu sampled points fits leave more than %g times of what quadratics of the %d "
+		gnp_warnings_add(warnings, GNP_WARNING_DETAIL,
+		                 "at %.1f %% of %zu sampled points fits leave more than %g times of what quadratics of the %d "
 		                 "nearest do, the limit is %g %%: they smooth over edges, creases or fine detail there",
 		                 creases, work->sample.count, CREASE, GNP_BELIEF_NEAR, CREASES_MOST);
 	return GNP_OK;
@@ -94,7 +98,8 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	double *values = gnp_array_new(work->sample.count, sizeof *values);
 	if (!values)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->sample.count);
-	gnp_warnings_add(warnings, GNP_WARNING_NORMALS, "%.1f %% of %zu sampled points have normals more than %d degrees off the plane of their nearest points "
+	gnp_warnings_add(warnings, GNP_WARNING_NORMALS,
+	                 "%.1f %% of %zu sampled points have normals more than %d degrees off the plane of their nearest points "
 	                 "that span two directions (%.0f at the median), the limit is %d %%: take estimator=adaptive or weights=noise_70k",
 	                 tilts, work->sample.count, GNP_BELIEF_TILT, gnp_belief_sample_median(&work->sample, spanned_at, work, values),
 		                 GNP_BELIEF_TILTED_MOST);
@@ -102,8 +107,9 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	return GNP_OK;
 }
 
-gnp_status gnp_belief_answer_check(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, bool standard_errors,
-                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+gnp_status gnp_belief_answer_check(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes,
+                                   bool standard_errors, struct gnp_pool *pool, struct gnp_task *task,
+                                   struct gnp_error *error)
 {
 	struct gnp_warnings *warnings = gnp_task_warnings(task);
 	struct work work = {.probes = probes};

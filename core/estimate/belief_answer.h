@@ -19,7 +19,8 @@ struct gnp_belief_probe {
 /* Of an answer: normals that contradict the plane of a neighbourhood wide enough to span two directions, detail that
  * the fits smooth away; where standard errors are answered, that noise biases what they stand beside. probes: one for
  * each point of the sample (core/cloud/belief_sample.h). Nothing is done without a task. Deterministic. */
-gnp_status gnp_belief_answer_check(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes, bool standard_errors,
-                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error);
+gnp_status gnp_belief_answer_check(const struct gnp_prepared *prepared, const struct gnp_belief_probe *probes,
+                                   bool standard_errors, struct gnp_pool *pool, struct gnp_task *task,
+                                   struct gnp_error *error);
 
 #endif

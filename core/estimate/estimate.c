@@ -20,8 +20,8 @@ struct choice {
 };
 
 /* Patch p is that of the point at[p], and serves it. */
-static gnp_status cover_chosen(const struct gnp_prepared *prepared, const struct choice *choice, struct gnp_cover *cover,
-                               struct gnp_error *error)
+static gnp_status cover_chosen(const struct gnp_prepared *prepared, const struct choice *choice,
+                               struct gnp_cover *cover, struct gnp_error *error)
 {
 	size_t count = choice->count;
 	uint32_t *position = gnp_array_new(prepared->count, sizeof *position); /* inverse of the order */
@@ -73,7 +73,8 @@ static void book_search(struct gnp_estimate_work *work, struct gnp_task *task)
 
 /* Some estimators look for outliers in some clouds only. As with quantities that an estimator never has: "all" goes
  * without. */
-static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_estimate_options *options, struct gnp_error *error)
+static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
+                               struct gnp_error *error)
 {
 	if (work->outlier || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
 		return GNP_OK;
@@ -85,8 +86,8 @@ static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_
 	return GNP_OK;
 }
 
-static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct gnp_estimate_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                                    struct gnp_error *error)
+static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
+                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->neighbors};
@@ -100,15 +101,17 @@ static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct
 	if (status == GNP_OK && work->estimator->rule)
 		work->estimator->rule(work->state, &work->rule);
 	if (status == GNP_OK && prepared->count < work->rule.k)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, the neighbours of a patch",
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                       "points: got %zu, need at least %zu, the neighbours of a patch",
 		                       prepared->count, work->rule.k);
 	work->fit.basis = work->rule.basis;
 	return status == GNP_OK ? check_judged(work, options, error) : status;
 }
 
 /* Which patches there are, and what each serves. */
-static gnp_status make_cover(struct gnp_estimate_work *work, const struct gnp_estimate_options *options, const struct choice *choice,
-                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status make_cover(struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
+                             const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                             struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	if (choice->at)
@@ -185,7 +188,8 @@ static gnp_status check_choice(const struct choice *choice, size_t points, struc
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "at: got %zu points, need 1..%u", choice->count, UINT32_MAX);
 	for (size_t i = 0; i < choice->count; i++)
 		if (choice->at[i] >= points)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "at[%zu]: got point %u, the cloud has %zu", i, choice->at[i],
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "at[%zu]: got point %u, the cloud has %zu", i, choice->at[i],
 			                     points);
 	return GNP_OK;
 }
@@ -232,7 +236,8 @@ gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const stru
 {
 	gnp_status status = gnp_estimate_check(options, error);
 	if (status == GNP_OK && prepared->count < (size_t)options->k)
-		status = gnp_error_set(error, GNP_DEGENERATE, "points: got %zu, need at least %d, a neighbourhood", prepared->count,
+		status = gnp_error_set(error, GNP_DEGENERATE,
+		                       "points: got %zu, need at least %d, a neighbourhood", prepared->count,
 		                       options->k);
 	if (status != GNP_OK)
 		return status;
@@ -246,9 +251,9 @@ gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_esti
 	return estimate_cloud(cloud, options, &(struct choice){NULL, 0}, pool, task, out, error);
 }
 
-gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
-                           size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
-                           struct gnp_error *error)
+gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                           const uint32_t *at, size_t at_count, struct gnp_pool *pool, struct gnp_task *task,
+                           struct gnp_estimate *out, struct gnp_error *error)
 {
 	assert(at);
 	return estimate_cloud(cloud, options, &(struct choice){at, at_count}, pool, task, out, error);
@@ -280,7 +285,8 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
 		if (quantities & GNP_QUANTITY_BIT(q))
 			width += gnp_estimate_width((enum gnp_quantity)q, size);
-	size_t fitting = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + width * sizeof(double) + (surveys ? SURVEYED : 0);
+	size_t fitting = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + width * sizeof(double) +
+	                 (surveys ? SURVEYED : 0);
 	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

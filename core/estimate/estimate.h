@@ -40,9 +40,9 @@ gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const stru
 /* The same at chosen points of the cloud alone, each at the centre of its own patch as with GNP_COVER_ALL: row i of the
  * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not
  * used. */
-gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
-                           size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
-                           struct gnp_error *error);
+gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                           const uint32_t *at, size_t at_count, struct gnp_pool *pool, struct gnp_task *task,
+                           struct gnp_estimate *out, struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
 /* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs.

@@ -17,8 +17,9 @@ static size_t nanoseconds(double since)
 
 /* The nearest points each patch of a chunk needs: the balls of radius epsilon, or as many as the estimator reaches
  * for. */
-static gnp_status find_neighborhoods(const struct gnp_estimate_work *work, size_t begin, size_t count, struct gnp_scratch *scratch,
-                                     struct gnp_neighborhoods *found, struct gnp_error *error)
+static gnp_status find_neighborhoods(const struct gnp_estimate_work *work, size_t begin, size_t count,
+                                     struct gnp_scratch *scratch, struct gnp_neighborhoods *found,
+                                     struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	const uint32_t *centres = work->cover.centre + begin;
@@ -35,8 +36,8 @@ static gnp_status find_neighborhoods(const struct gnp_estimate_work *work, size_
 	return gnp_neighborhoods_find(prepared->neighbors, centres, count, reach, 1, reach, scratch, found, error);
 }
 
-static gnp_status build_patches(const struct gnp_estimate_work *work, size_t begin, size_t count, struct gnp_patch *patches,
-                                struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status build_patches(const struct gnp_estimate_work *work, size_t begin, size_t count,
+                                struct gnp_patch *patches, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	const struct gnp_patch_rule *rule = &work->rule;
@@ -61,15 +62,15 @@ static gnp_status build_patches(const struct gnp_estimate_work *work, size_t beg
 }
 
 /* The paper's |w - s(u, v)|: the point's height against the surface's, in the patch's scaled height. */
-static double deviation(const struct gnp_patch *patch, const struct gnp_surface *surface, const double position[3], double u,
-                        double v)
+static double deviation(const struct gnp_patch *patch, const struct gnp_surface *surface, const double position[3],
+                        double u, double v)
 {
 	const double *o = surface->origin, d[3] = {position[0] - o[0], position[1] - o[1], position[2] - o[2]};
 	return fabs(gnp_dot(d, surface->frame[2]) - gnp_surface_jet(surface, u, v).f) / patch->scale_w;
 }
 
-static void write_point(const struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit, size_t point,
-                        size_t row)
+static void write_point(const struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit,
+                        size_t point, size_t row)
 {
 	struct gnp_estimate *out = work->out;
 	const double *position = work->prepared->points + 3 * point;
@@ -101,7 +102,8 @@ static void probe_point(const struct gnp_estimate_work *work, const struct gnp_f
 	probe->outlier = work->outlier && work->outlier[point];
 }
 
-static void write_patch(struct gnp_estimate_work *work, size_t p, const struct gnp_patch *patch, const struct gnp_fit *fit)
+static void write_patch(struct gnp_estimate_work *work, size_t p, const struct gnp_patch *patch,
+                        const struct gnp_fit *fit)
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	for (size_t m = work->cover.start[p]; m < work->cover.start[p + 1]; m++) {
@@ -115,7 +117,8 @@ static void write_patch(struct gnp_estimate_work *work, size_t p, const struct g
 		                          memory_order_relaxed);
 }
 
-gnp_status gnp_estimate_patches(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_estimate_patches(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct gnp_estimate_work *work = context;
 	size_t count = end - begin;

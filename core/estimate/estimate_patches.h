@@ -33,6 +33,7 @@ struct gnp_estimate_work {
 };
 
 /* The patches begin .. end - 1 of a struct gnp_estimate_work. On failure the rows written are undefined. */
-gnp_status gnp_estimate_patches(void *work, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error);
+gnp_status gnp_estimate_patches(void *work, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error);
 
 #endif

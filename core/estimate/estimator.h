@@ -61,9 +61,9 @@ struct gnp_fit {
 enum { GNP_SERVED_MAX = 64 };
 
 /* Fits each patch: fits (count) out. state: what prepare made, or NULL. */
-typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
-                                 size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch,
-                                 struct gnp_error *error);
+typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const void *state,
+                                 const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
+                                 struct gnp_scratch *scratch, struct gnp_error *error);
 
 struct gnp_estimator {
 	const char *name;

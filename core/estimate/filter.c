@@ -42,7 +42,8 @@ static gnp_status check_options(const struct gnp_filter_options *options, struct
 	if (status != GNP_OK)
 		return status;
 	if (options->gross != 0 && !(options->gross >= 1 && options->gross <= 1e6))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
 	status = gnp_check_number("cluster", options->cluster, 1, 1e6, error);
 	if (status == GNP_OK)
 		status = gnp_check_number("iterations", options->iterations, 1, 100, error);
@@ -83,7 +84,8 @@ static gnp_status check_left(const struct run *run, const char *rule, struct gnp
 	size_t need = least_points(run->options);
 	if (run->result.kept >= need)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_DEGENERATE, "filter: %s leaves %zu of %zu points, need at least %zu, a neighbourhood", rule,
+	return gnp_error_set(error, GNP_DEGENERATE,
+	                     "filter: %s leaves %zu of %zu points, need at least %zu, a neighbourhood", rule,
 	                     run->result.kept, run->result.count, need);
 }
 
@@ -150,7 +152,8 @@ static gnp_status look(struct run *run, bool known, bool again, struct view *vie
 
 /* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs
  * alone. */
-static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	enum { NEAR = 17 };
 	const struct view *view = context;
@@ -190,7 +193,8 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 }
 
 /* The root of the mean area a point stands for. */
-static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing, struct gnp_error *error)
+static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing,
+                                  struct gnp_error *error)
 {
 	double *area = gnp_array_new(prepared->count, sizeof *area), total = 0;
 	gnp_status status = area ? gnp_area_measure(prepared, run->pool, run->task, area, NULL, error)
@@ -245,7 +249,8 @@ static double project(struct run *run, const struct gnp_estimate *found, const u
 }
 
 /* mask (kept): room for the rule's answer. */
-static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing, struct gnp_error *error)
+static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing,
+                        struct gnp_error *error)
 {
 	struct gnp_filter *r = &run->result;
 	gnp_status status = look(run, !r->normals_estimated, false, view, error);
@@ -356,8 +361,8 @@ static gnp_status prefilter(struct run *run, const struct gnp_cloud *cloud, stru
 	return status;
 }
 
-gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options, struct gnp_pool *pool,
-                          struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error)
+gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error)
 {
 	struct run run = {.options = options, .pool = pool, .task = task};
 	double spacing = 0;
@@ -391,6 +396,7 @@ size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_optio
 	estimate.if_offered = GNP_QUANTITY_BIT(GNP_OUTLIER);
 	size_t result = sizeof *filter->keep + sizeof *filter->deviation + sizeof *filter->index + 3 * sizeof *filter->points +
 	                3 * sizeof *filter->normals;
-	size_t apart = options->gross > 0 ? gnp_prepared_memory(count) + count * ISOLATED : 0, fitted = gnp_estimate_memory(count, given, &estimate);
+	size_t apart = options->gross > 0 ? gnp_prepared_memory(count) + count * ISOLATED : 0,
+		   fitted = gnp_estimate_memory(count, given, &estimate);
 	return (apart > fitted ? apart : fitted) + count * (result + KEPT + (options->project ? PROJECTED : 0));
 }

@@ -12,8 +12,8 @@
 #include "core/estimate/estimator.h"
 
 /* See struct gnp_estimator. Without a model that fits: GNP_INVALID_ARGUMENT. */
-gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, void **state, struct gnp_error *error);
+gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, void **state, struct gnp_error *error);
 void gnp_learned_release(void *state);
 const struct gnp_model *gnp_learned_model(const void *state);
 void gnp_learned_rule(const void *state, struct gnp_patch_rule *rule);
@@ -21,7 +21,7 @@ size_t gnp_learned_reach(const void *state, uint32_t point);
 size_t gnp_learned_served(const void *state, uint32_t point);
 const unsigned char *gnp_learned_outliers(const void *state);
 const double *gnp_learned_normals(const void *state);
-gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches, size_t count,
-                           struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
+gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
+                           size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
 
 #endif

@@ -39,7 +39,8 @@ static double unexplained(const struct gnp_patch *patch, const uint32_t *positio
 	return sqrt(fmax(square - explained, 0) / (double)(count - SIZE)) * patch->scale_w / patch->epsilon;
 }
 
-static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;

@@ -146,7 +146,8 @@ static void judge(const struct work *work, const struct gnp_patch *patch, struct
 	}
 }
 
-static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct work *work = context;
 	struct gnp_neighborhoods found;
@@ -186,7 +187,8 @@ static double median_judgement(const float *ratios, size_t count)
 	return 4 * owns >= total ? gnp_median(own, owns) : gnp_median(all, total);
 }
 
-static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct work *work = context;
 	(void)scratch;

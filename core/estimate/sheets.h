@@ -12,7 +12,7 @@ gnp_status gnp_sheets_normals(const struct gnp_fit_cloud *cloud, const unsigned 
 
 /* The points of a patch, by position (at most `most`), that are no outliers and face as its centre does, ascending by
  * distance; their number is returned. normals as above. */
-size_t gnp_sheets_usable(const double *normals, const unsigned char *outlier, const struct gnp_patch *patch, size_t most,
-                         uint32_t *positions);
+size_t gnp_sheets_usable(const double *normals, const unsigned char *outlier, const struct gnp_patch *patch,
+                         size_t most, uint32_t *positions);
 
 #endif

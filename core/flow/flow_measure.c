@@ -44,7 +44,8 @@ static bool all_finite(const struct gnp_flow_state *state)
 {
 	bool finite = true;
 	for (size_t i = 0; i < state->count; i++)
-		finite &= isfinite(state->lift[i]) && isfinite(state->mean_curvature[i]) && isfinite(state->principal[2 * i]) && isfinite(state->principal[2 * i + 1]);
+		finite &= isfinite(state->lift[i]) && isfinite(state->mean_curvature[i]) && isfinite(state->principal[2 * i]) &&
+		          isfinite(state->principal[2 * i + 1]);
 	for (size_t i = 0; i < 3 * state->count; i++)
 		finite &= isfinite(state->normals[i]);
 	return finite;
@@ -63,8 +64,9 @@ static gnp_status set_lift(struct gnp_flow_state *state, const double *projected
 	return GNP_OK;
 }
 
-static gnp_status estimate(struct gnp_flow_state *state, const struct gnp_flow_rule *rule, const struct gnp_prepared *prepared,
-                           struct gnp_pool *pool, struct gnp_task *task, const struct gnp_model **model, struct gnp_error *error)
+static gnp_status estimate(struct gnp_flow_state *state, const struct gnp_flow_rule *rule,
+                           const struct gnp_prepared *prepared, struct gnp_pool *pool, struct gnp_task *task,
+                           const struct gnp_model **model, struct gnp_error *error)
 {
 	struct gnp_estimate_options options = rule->estimate;
 	struct gnp_estimate found;
@@ -101,7 +103,8 @@ struct ring {
 
 /* The Gaussian mean of H about a place near point i, over the points of its sheet that move: where others are held, the
  * surface has an edge, and what is estimated there is the edge's. */
-static double smooth_about(const struct ring *ring, size_t i, const double place[3], const uint32_t *index, size_t count)
+static double smooth_about(const struct ring *ring, size_t i, const double place[3], const uint32_t *index,
+                           size_t count)
 {
 	const struct gnp_flow_state *state = ring->state;
 	double r0 = ring->rule->smoothing, cut = 9 * r0 * r0, sum = 0, total = 0;
@@ -158,7 +161,8 @@ static void look_about(const struct ring *ring, size_t i, const uint32_t *index,
 	state->smooth[i] = ring->rule->smoothing > 0 ? smooth_about(ring, i, place, index, count) : state->mean_curvature[i];
 }
 
-static gnp_status ring_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status ring_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	const struct ring *ring = context;
 	const uint32_t *centres = ring->prepared->order + begin; /* the identity */
@@ -216,8 +220,9 @@ static gnp_status ring_size(const struct gnp_flow_state *state, const struct gnp
 	return GNP_OK;
 }
 
-static gnp_status look_all(struct gnp_flow_state *state, const struct gnp_flow_rule *rule, const struct gnp_prepared *prepared,
-                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status look_all(struct gnp_flow_state *state, const struct gnp_flow_rule *rule,
+                           const struct gnp_prepared *prepared, struct gnp_pool *pool, struct gnp_task *task,
+                           struct gnp_error *error)
 {
 	struct ring ring = {.state = state, .rule = rule, .prepared = prepared};
 	if (!reserve_measures(state, rule))
@@ -263,7 +268,9 @@ static gnp_status sum_up(struct gnp_flow_state *state, const struct gnp_flow_rul
 	state->dense = gnp_select(values, state->count, state->count / 20);
 	state->overshoot = overshoot(state);
 	for (size_t i = 0; i < state->count; i++)
-		values[i] = state->fixed[i] ? 0 : gnp_flow_spacing(state, i) * fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
+		values[i] = state->fixed[i] ? 0
+		                            : gnp_flow_spacing(state, i) *
+		                                  fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
 	state->resolution = nearly_largest(values, state->count);
 	free(values);
 	return GNP_OK;

@@ -23,7 +23,8 @@ static gnp_status check_length(const char *name, double value, struct gnp_error 
 {
 	if (isnan(value) || (value >= 0 && value <= 1e100))
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
 }
 
 static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t count, struct gnp_error *error)
@@ -34,12 +35,14 @@ static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t
 	double taken = options->steps / options->snapshot_every + 2, bytes = each * taken;
 	if (bytes <= most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_TOO_LARGE, "snapshot_every: got %d, %.0f snapshots of %zu points need up to %.3g bytes, need at most %.3g: "
+	return gnp_error_set(error, GNP_TOO_LARGE,
+	                     "snapshot_every: got %d, %.0f snapshots of %zu points need up to %.3g bytes, need at most %.3g: "
 	                                           "take one every %.0f steps or more",
 	                     options->snapshot_every, taken, count, bytes, most, ceil(options->steps / fmax(floor(most / each) - 2, 1)));
 }
 
-gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error)
+gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud,
+                          struct gnp_error *error)
 {
 	enum { STEPS_MAX = 1000000 };
 	gnp_status status = gnp_check_integer("scheme", options->scheme, GNP_FLOW_EXPLICIT, GNP_FLOW_CONFORMAL, error);

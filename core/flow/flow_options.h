@@ -42,7 +42,8 @@ struct gnp_flow_options gnp_flow_defaults(void);
 #define GNP_FLOW_SNAPSHOT_BYTES_MAX ((size_t)4 << 30)
 
 /* What the options say by themselves. cloud is looked at for its count alone. */
-gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error);
+gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud,
+                          struct gnp_error *error);
 
 /* Fewest points of a state: a neighbourhood of the estimator and of a cell. */
 size_t gnp_flow_least_points(const struct gnp_flow_options *options);

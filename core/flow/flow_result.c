@@ -41,7 +41,8 @@ static bool extend(void *array, size_t count, size_t size)
 	return true;
 }
 
-static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked, double *points, double *normals, double *curvature)
+static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked, double *points, double *normals,
+                      double *curvature)
 {
 	for (size_t i = 0; i < state->count; i++) {
 		memcpy(points + 3 * i, state->points + 3 * (size_t)ranked[i], 3 * sizeof *points);
@@ -50,8 +51,8 @@ static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked
 	}
 }
 
-gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state, const struct gnp_flow_record *record,
-                                    struct gnp_error *error)
+gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state,
+                                    const struct gnp_flow_record *record, struct gnp_error *error)
 {
 	struct gnp_flow_snapshots *s = &result->snapshots;
 	size_t first = s->count ? s->start[s->count] : 0, total = first + state->count;

@@ -66,11 +66,12 @@ void gnp_flow_clear(struct gnp_flow *flow);
 
 /* Appends the row of a step, which is the result's number of steps from then on. gnp_flow_clear frees a half-made
  * result. */
-gnp_status gnp_flow_result_record(struct gnp_flow *result, const struct gnp_flow_record *record, struct gnp_error *error);
+gnp_status gnp_flow_result_record(struct gnp_flow *result, const struct gnp_flow_record *record,
+                                  struct gnp_error *error);
 
 /* Appends the state, of that record. */
-gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state, const struct gnp_flow_record *record,
-                                    struct gnp_error *error);
+gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state,
+                                    const struct gnp_flow_record *record, struct gnp_error *error);
 
 /* Points, normals, H and indices of the state, in the cloud's order, those inserted last. */
 gnp_status gnp_flow_result_take(struct gnp_flow *result, const struct gnp_flow_state *state, struct gnp_error *error);

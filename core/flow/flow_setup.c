@@ -28,7 +28,8 @@ static gnp_status check_dt(double dt, double area, struct gnp_error *error)
 	double most = area / (8 * acos(-1));
 	if (dt < most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "dt: got %g, need less than %.3g: a sphere of the cloud's area vanishes within that", dt, most);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "dt: got %g, need less than %.3g: a sphere of the cloud's area vanishes within that", dt, most);
 }
 
 static gnp_status check_smoothing(double r0, double h, struct gnp_error *error)
@@ -46,7 +47,8 @@ static gnp_status check_thinning(double r1, double area, size_t least, struct gn
 	double most = sqrt(0.7 * area / (4 * (double)least));
 	if (r1 <= most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "spacing: got %g, need at most %.3g, or fewer than %zu points would be left", r1, most,
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "spacing: got %g, need at most %.3g, or fewer than %zu points would be left", r1, most,
 	                     4 * least);
 }
 
@@ -55,7 +57,8 @@ static gnp_status check_insertion(double distance, double h, double r1, struct g
 	double least = fmax(insertion_least * h, 1.2 * r1);
 	if (distance == 0 || distance >= least)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "insertion: got %g, need at least %.3g (0.9 times the points' spacing, 1.2 times the "
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "insertion: got %g, need at least %.3g (0.9 times the points' spacing, 1.2 times the "
 	                                                  "distance they are thinned to), or 0 for none",
 	                     distance, least);
 }
@@ -71,7 +74,8 @@ static void settle_origin(const struct gnp_prepared *prepared, double origin[3])
 }
 
 /* Insertion's default grows with a given thinning distance, which would otherwise forbid it. */
-static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule, struct gnp_flow_move *move)
+static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule,
+                           struct gnp_flow_move *move)
 {
 	bool conformal = options->scheme == GNP_FLOW_CONFORMAL;
 	move->dt = settled(options->dt, gnp_flow_default_step(h));
@@ -94,11 +98,13 @@ static gnp_status check_lengths(const struct gnp_flow_options *options, const st
 	return status == GNP_OK ? check_insertion(move->insertion, h, move->thinning, error) : status;
 }
 
-static gnp_status check_closed(const struct gnp_flow_options *options, size_t open, size_t count, struct gnp_error *error)
+static gnp_status check_closed(const struct gnp_flow_options *options, size_t open, size_t count,
+                               struct gnp_error *error)
 {
 	if (options->volume != GNP_FLOW_VOLUME_PRESERVE || 100 * open <= count)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "volume: got preserve, need a closed surface: %zu of %zu points lie at a boundary", open,
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "volume: got preserve, need a closed surface: %zu of %zu points lie at a boundary", open,
 	                     count);
 }
 
@@ -116,9 +122,9 @@ static double usual_area(double *area, size_t count, double *spacing)
 	return total;
 }
 
-gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
-                          struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
-                          struct gnp_error *error)
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
+                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error)
 {
 	size_t open = 0, count = prepared->count;
 	double total = 0, h = 0, *area = gnp_array_new(count, sizeof *area);

@@ -8,9 +8,9 @@
 #include "core/flow/flow_step.h"
 
 /* All lengths; *spacing: h. The prepared cloud is the flow's at the start. */
-gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
-                          struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
-                          struct gnp_error *error);
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
+                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error);
 
 /* dt for points so far apart, where it is left open. */
 double gnp_flow_default_step(double spacing);

@@ -26,8 +26,10 @@ gnp_status gnp_flow_state_reserve(struct gnp_flow_state *state, size_t count, st
 
 void gnp_flow_state_clear(struct gnp_flow_state *state)
 {
-	void *arrays[] = {state->points, state->normals, state->index, state->fixed, state->before, state->lift, state->mean_curvature, state->smooth, state->principal,
-	                  state->directions, state->area, state->apart, state->gap, state->corner, state->shift, state->neighbor, state->weight};
+	void *arrays[] = {state->points,   state->normals,        state->index,  state->fixed,     state->before,
+	                  state->lift,     state->mean_curvature, state->smooth, state->principal, state->directions,
+	                  state->area,     state->apart,          state->gap,    state->corner,    state->shift,
+	                  state->neighbor, state->weight};
 	for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
 		free(arrays[i]);
 	*state = (struct gnp_flow_state){0};

@@ -21,8 +21,8 @@ static void show_shape(const size_t *shape, size_t rank, char *text, size_t size
 }
 
 /* The parameter a row describes, to where the row says it lies in the block. */
-static gnp_status take_tensor(const struct gnp_safetensors *file, const struct gnp_parameter_row *row, float *parameters,
-                              struct gnp_error *error)
+static gnp_status take_tensor(const struct gnp_safetensors *file, const struct gnp_parameter_row *row,
+                              float *parameters, struct gnp_error *error)
 {
 	const struct gnp_safetensors_tensor *tensor = gnp_safetensors_tensor_find(file, row->name);
 	char need[64], got[80];
@@ -42,7 +42,8 @@ static gnp_status refuse_others(const struct gnp_safetensors *file, const struct
 	const struct gnp_safetensors_tensor *tensor;
 	for (size_t i = 0; (tensor = gnp_safetensors_tensor_at(file, i)); i++)
 		if (!gnp_layout_find(layout, tensor->name))
-			return gnp_safetensors_refuse(file, error, "tensor \"%.64s\": unknown, the trunk %s of %u layers with the head %s has %zu "
+			return gnp_safetensors_refuse(file, error,
+			                              "tensor \"%.64s\": unknown, the trunk %s of %u layers with the head %s has %zu "
 			                          "others", tensor->name, gnp_trunk_name(architecture->trunk), architecture->layers,
 			                          gnp_head_name(architecture->head), layout->rows);
 	return GNP_OK;
@@ -63,7 +64,8 @@ static gnp_status read_network(struct gnp_model *model, struct gnp_error *error)
 	model->parameter_count = layout->total;
 	parameters = gnp_array_new(layout->total, sizeof *parameters);
 	if (!parameters)
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu parameters", model->name, layout->total);
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                       "%s: no memory for %zu parameters", model->name, layout->total);
 	for (size_t i = 0; i < layout->rows && status == GNP_OK; i++)
 		status = take_tensor(model->file, &layout->row[i], parameters, error);
 	if (status == GNP_OK)
@@ -91,7 +93,8 @@ static gnp_status read_name(struct gnp_model *model, struct gnp_error *error)
 	memcpy(model->name, base, length);
 	if (gnp_model_name_fits(model->name))
 		return GNP_OK;
-	return gnp_safetensors_refuse(model->file, error, "its name: need 1..%d of A-Z a-z 0-9 _ - . before %s", GNP_MODEL_NAME_MAX,
+	return gnp_safetensors_refuse(model->file, error,
+	                              "its name: need 1..%d of A-Z a-z 0-9 _ - . before %s", GNP_MODEL_NAME_MAX,
 	                          extension);
 }
 
@@ -150,7 +153,8 @@ static gnp_status write_metadata(const char *path, const struct gnp_model_source
 	gnp_status status = gnp_model_keys_write(path, &description, buffers, metadata, count, error);
 	for (size_t i = 0; i < source->more_count && status == GNP_OK; i++) {
 		if (!gnp_model_key_known(source->more[i].key))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"%.64s\": unknown key, need one of weights/README.md",
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "%.120s: metadata \"%.64s\": unknown key, need one of weights/README.md",
 			                     path, source->more[i].key);
 		metadata[(*count)++] = source->more[i];
 	}

@@ -67,7 +67,8 @@ _Static_assert(sizeof keys / sizeof *keys <= (size_t)GNP_MODEL_KEYS_MAX, "writer
 /* Keys for people: any text, after one of these. "format" is what PyTorch's writer adds by itself. */
 static const char *const free_keys[] = {"format", "note", "training_", "validation_"};
 
-static gnp_status refuse(const struct gnp_safetensors *file, const struct key *key, const char *got, struct gnp_error *error)
+static gnp_status refuse(const struct gnp_safetensors *file, const struct key *key, const char *got,
+                         struct gnp_error *error)
 {
 	char list[120] = "";
 	for (unsigned i = 0; key->kind == CHOICE && key->choice(i); i++) {
@@ -156,7 +157,8 @@ static gnp_status read_key(const struct gnp_safetensors *file, const struct key 
 	const char *text = gnp_safetensors_metadata_find(file, key->name);
 	unsigned head = 1u << out->architecture.head;
 	if (text && key->heads && !(key->heads & head))
-		return gnp_safetensors_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the head %s", key->name, text,
+		return gnp_safetensors_refuse(file, error,
+		                              "metadata \"%s\": got \"%.40s\", need none with the head %s", key->name, text,
 		                          gnp_head_name(out->architecture.head));
 	if (text ? read_value(key, text, out) : !(key->heads & head))
 		return GNP_OK;
@@ -174,7 +176,8 @@ bool gnp_model_key_known(const char *name)
 	return false;
 }
 
-gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out, struct gnp_error *error)
+gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out,
+                               struct gnp_error *error)
 {
 	const struct gnp_safetensors_metadata *entry;
 	gnp_status status = GNP_OK;
@@ -183,9 +186,11 @@ gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_mo
 		status = read_key(file, &keys[i], out, error);
 	for (size_t i = 0; status == GNP_OK && (entry = gnp_safetensors_metadata_at(file, i)); i++)
 		if (!gnp_model_key_known(entry->key))
-			status = gnp_safetensors_refuse(file, error, "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
+			status = gnp_safetensors_refuse(file, error,
+			                                "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
 	if (status == GNP_OK && (out->recipe.delta0 > 0) == (out->recipe.delta0_ratio > 0))
-		status = gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
+		status = gnp_safetensors_refuse(file, error,
+		                                "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
 		                            out->recipe.delta0 > 0 ? "both" : "none");
 	return status;
 }
@@ -203,8 +208,8 @@ static void write_number(double value, char text[GNP_MODEL_VALUE_TEXT])
 }
 
 /* False when the description has no value for the key. */
-static bool write_value(const struct key *key, const struct gnp_model_description *description, char buffer[GNP_MODEL_VALUE_TEXT],
-                        const char **value)
+static bool write_value(const struct key *key, const struct gnp_model_description *description,
+                        char buffer[GNP_MODEL_VALUE_TEXT], const char **value)
 {
 	const struct gnp_architecture *architecture = &description->architecture;
 	const void *field = (const char *)description + key->offset;
@@ -240,7 +245,8 @@ gnp_status gnp_model_keys_write(const char *path, const struct gnp_model_descrip
 		if (!write_value(&keys[i], description, buffers[i], &entry->value))
 			continue;
 		if (!read_value(&keys[i], entry->value, &unused))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"%s\": got \"%.40s\", which no reader takes", path,
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "%.120s: metadata \"%s\": got \"%.40s\", which no reader takes", path,
 			                     keys[i].name, entry->value);
 		entry->key = keys[i].name;
 		made++;

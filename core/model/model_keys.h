@@ -35,7 +35,8 @@ struct gnp_model_description {
 
 /* Every key must be known, and have a value in its range where the model needs one. Errors name file, key, found and
  * expected. */
-gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out, struct gnp_error *error);
+gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out,
+                               struct gnp_error *error);
 
 /* Whether a key is of the table, or one for people. */
 bool gnp_model_key_known(const char *name);

@@ -95,7 +95,8 @@ static gnp_status load_folder(struct gnp_models *models, struct gnp_error *error
 	if (!models->models)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "%.200s: no memory for %d models", models->folder, count);
 	else if (count > MODELS_MAX)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: got %d models, need at most %d", models->folder, count, MODELS_MAX);
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                       "%.200s: got %d models, need at most %d", models->folder, count, MODELS_MAX);
 	for (int i = 0; i < count && status == GNP_OK; i++)
 		status = load_file(models, entries[i]->d_name, error);
 	free_entries(entries, count);

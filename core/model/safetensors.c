@@ -59,7 +59,8 @@ static gnp_status take(struct input *input, void *target, size_t size, struct gn
 		if (some < 0)
 			return gnp_safetensors_fail(input->path, error, GNP_IO, "%s", strerror(errno));
 		if (some == 0)
-			return gnp_safetensors_fail(input->path, error, GNP_IO, "ended after %zu bytes while it was read, need %zu", input->at,
+			return gnp_safetensors_fail(input->path, error, GNP_IO,
+			                            "ended after %zu bytes while it was read, need %zu", input->at,
 			              input->size);
 		done += (size_t)some;
 		input->at += (size_t)some;
@@ -73,7 +74,8 @@ static gnp_status take_header_length(struct input *input, size_t *length, struct
 	unsigned char prefix[PREFIX];
 	uint64_t claimed = 0;
 	if (input->size < PREFIX + 2 || input->size > GNP_SAFETENSORS_FILE_MAX)
-		return gnp_safetensors_fail(input->path, error, GNP_INVALID_ARGUMENT, "got %zu bytes, need %d..%d", input->size, PREFIX + 2,
+		return gnp_safetensors_fail(input->path, error, GNP_INVALID_ARGUMENT,
+		                            "got %zu bytes, need %d..%d", input->size, PREFIX + 2,
 		              GNP_SAFETENSORS_FILE_MAX);
 	gnp_status status = take(input, prefix, sizeof prefix, error);
 	if (status != GNP_OK)
@@ -82,7 +84,8 @@ static gnp_status take_header_length(struct input *input, size_t *length, struct
 		claimed = claimed << 8 | prefix[i];
 	size_t most = input->size - PREFIX < GNP_SAFETENSORS_HEADER_MAX ? input->size - PREFIX : GNP_SAFETENSORS_HEADER_MAX;
 	if (claimed < 2 || claimed > most)
-		return gnp_safetensors_fail(input->path, error, GNP_INVALID_ARGUMENT, "header length: got %" PRIu64 " in a file of %zu bytes, need 2..%zu",
+		return gnp_safetensors_fail(input->path, error, GNP_INVALID_ARGUMENT,
+		                            "header length: got %" PRIu64 " in a file of %zu bytes, need 2..%zu",
 		              claimed, input->size, most);
 	*length = (size_t)claimed;
 	return GNP_OK;

@@ -53,14 +53,16 @@ static gnp_status parse_header(struct gnp_safetensors *weights, const char *text
 		return gnp_safetensors_fail(weights->path, error, GNP_INVALID_ARGUMENT, "header: got byte 0x%02x first, need {",
 		              (unsigned char)text[0]);
 	if (nests_too_deep(text, size))
-		return gnp_safetensors_fail(weights->path, error, GNP_INVALID_ARGUMENT, "header: nested deeper than %d, need a table of tensors",
+		return gnp_safetensors_fail(weights->path, error, GNP_INVALID_ARGUMENT,
+		                            "header: nested deeper than %d, need a table of tensors",
 		              NESTING_MAX);
 	/* jansson does not bear to run out of memory: it fails an assertion. */
 	if (gnp_reserve_enter(weights->path, HEADER_COST * size, error) != GNP_OK)
 		return GNP_OUT_OF_MEMORY;
 	weights->root = json_loadb(text, size, JSON_REJECT_DUPLICATES, &fault);
 	if (!weights->root)
-		return gnp_safetensors_fail(weights->path, error, GNP_INVALID_ARGUMENT, "header: not strict JSON at byte %d: %.120s",
+		return gnp_safetensors_fail(weights->path, error, GNP_INVALID_ARGUMENT,
+		                            "header: not strict JSON at byte %d: %.120s",
 		              fault.position, fault.text);
 	return GNP_OK;
 }
@@ -76,7 +78,8 @@ static bool name_fits(const char *name)
 
 static gnp_status bad_name(const char *path, const char *what, const char *name, struct gnp_error *error)
 {
-	return gnp_safetensors_fail(path, error, GNP_INVALID_ARGUMENT, "%s name \"%.64s\" of %zu bytes: need 1..%d without control characters",
+	return gnp_safetensors_fail(path, error, GNP_INVALID_ARGUMENT,
+	                            "%s name \"%.64s\" of %zu bytes: need 1..%d without control characters",
 	              what, name, strlen(name), GNP_SAFETENSORS_NAME_MAX);
 }
 
@@ -91,7 +94,8 @@ static gnp_status read_metadata(struct gnp_safetensors *file, const json_t *obje
 	const char *key;
 	json_t *value;
 	if (!json_is_object(object))
-		return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT, "%s: need an object of strings", metadata_key);
+		return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT,
+		                            "%s: need an object of strings", metadata_key);
 	file->metadata = gnp_array_new(json_object_size(object), sizeof *file->metadata);
 	if (!file->metadata)
 		return gnp_safetensors_no_memory(file->path, json_object_size(object) * sizeof *file->metadata, error);
@@ -100,7 +104,8 @@ static gnp_status read_metadata(struct gnp_safetensors *file, const json_t *obje
 		if (!name_fits(key))
 			return bad_name(file->path, metadata_key, key, error);
 		if (!json_is_string(value))
-			return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT, "%s: \"%.64s\" is no string, need one", metadata_key, key);
+			return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT,
+			                            "%s: \"%.64s\" is no string, need one", metadata_key, key);
 		file->metadata[file->metadata_count++] = (struct gnp_safetensors_metadata){key, json_string_value(value)};
 	}
 	qsort(file->metadata, file->metadata_count, sizeof *file->metadata, by_key);
@@ -123,8 +128,8 @@ static const char *show(const json_t *value, char text[SHOWN + 1])
 	return value ? text : "none";
 }
 
-static gnp_status read_shape(const struct gnp_safetensors *file, const json_t *shape, struct gnp_safetensors_tensor *tensor,
-                             size_t *bytes, struct gnp_error *error)
+static gnp_status read_shape(const struct gnp_safetensors *file, const json_t *shape,
+                             struct gnp_safetensors_tensor *tensor, size_t *bytes, struct gnp_error *error)
 {
 	char shown[SHOWN + 1];
 	size_t rank = json_array_size(shape), count = 1;
@@ -154,7 +159,8 @@ static gnp_status read_place(const struct gnp_safetensors *file, const json_t *o
 		return bad_tensor(file, tensor->name, error, "data_offsets: got %s, need two ascending integers of 0..%zu",
 		                  show(offsets, shown), file->data_size);
 	if (end - begin != bytes)
-		return bad_tensor(file, tensor->name, error, "data_offsets: got %zu bytes, need %zu for its shape", end - begin, bytes);
+		return bad_tensor(file, tensor->name, error,
+		                  "data_offsets: got %zu bytes, need %zu for its shape", end - begin, bytes);
 	tensor->data = (const float *)(const void *)(file->data + begin);
 	return GNP_OK;
 }
@@ -202,14 +208,17 @@ static gnp_status check_cover(const struct gnp_safetensors *file, struct gnp_err
 		const struct gnp_safetensors_tensor *tensor = &file->tensors[i];
 		size_t begin = offset_of(file, tensor);
 		if (begin < end)
-			return bad_tensor(file, tensor->name, error, "begins at byte %zu of the data and overlaps \"%.64s\", need %zu",
+			return bad_tensor(file, tensor->name, error,
+			                  "begins at byte %zu of the data and overlaps \"%.64s\", need %zu",
 			                  begin, file->tensors[i - 1].name, end);
 		if (begin > end)
-			return bad_tensor(file, tensor->name, error, "begins at byte %zu of the data and leaves a hole, need %zu", begin, end);
+			return bad_tensor(file, tensor->name, error,
+			                  "begins at byte %zu of the data and leaves a hole, need %zu", begin, end);
 		end = begin + tensor->count * sizeof(float);
 	}
 	if (end != file->data_size)
-		return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT, "got %zu bytes of data, need the %zu of its %zu tensors",
+		return gnp_safetensors_fail(file->path, error, GNP_INVALID_ARGUMENT,
+		                            "got %zu bytes of data, need the %zu of its %zu tensors",
 		              file->data_size, end, file->tensor_count);
 	return GNP_OK;
 }
@@ -252,7 +261,8 @@ static gnp_status read_tensors(struct gnp_safetensors *file, struct gnp_error *e
 	return status == GNP_OK ? check_finite(file, error) : status;
 }
 
-gnp_status gnp_safetensors_header_read(struct gnp_safetensors *file, const char *text, size_t size, struct gnp_error *error)
+gnp_status gnp_safetensors_header_read(struct gnp_safetensors *file, const char *text, size_t size,
+                                       struct gnp_error *error)
 {
 	gnp_status status = parse_header(file, text, size, error);
 	return status == GNP_OK ? read_tensors(file, error) : status;

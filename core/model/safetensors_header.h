@@ -22,7 +22,8 @@ struct gnp_safetensors {
 /* Fills tensors and metadata from the header of that size, text in memory that is freed afterwards; data and data_size
  * are there. Every tensor has its bytes, together they cover the data, all are finite. On failure what is made is the
  * file's, for gnp_safetensors_free. */
-gnp_status gnp_safetensors_header_read(struct gnp_safetensors *file, const char *text, size_t size, struct gnp_error *error);
+gnp_status gnp_safetensors_header_read(struct gnp_safetensors *file, const char *text, size_t size,
+                                       struct gnp_error *error);
 void gnp_safetensors_header_free(struct gnp_safetensors *file);
 
 /* Sets error to "FILE: TEXT", of a long path the end, which tells more, and returns status. */

@@ -84,7 +84,8 @@ static gnp_status check_sizes(const char *path, const struct gnp_safetensors_sou
 	for (size_t i = 0; i < source->tensor_count; i++) {
 		const struct gnp_safetensors_tensor *tensor = &source->tensors[i];
 		if (!tensor_bytes(tensor, &bytes) || bytes > GNP_SAFETENSORS_FILE_MAX - total)
-			return gnp_error_set(error, GNP_TOO_LARGE, "%.120s: tensor \"%.64s\": rank %zu or its bytes with those before it: "
+			return gnp_error_set(error, GNP_TOO_LARGE,
+			                     "%.120s: tensor \"%.64s\": rank %zu or its bytes with those before it: "
 			                     "need at most %d and %d", path, tensor->name, tensor->rank, GNP_SAFETENSORS_RANK_MAX,
 			                     GNP_SAFETENSORS_FILE_MAX);
 		total += bytes;
@@ -138,8 +139,8 @@ static unsigned char *assemble(const struct gnp_safetensors_source *source, size
 	return file;
 }
 
-gnp_status gnp_safetensors_encode(const char *name, const struct gnp_safetensors_source *source, void **bytes, size_t *size,
-                              struct gnp_error *error)
+gnp_status gnp_safetensors_encode(const char *name, const struct gnp_safetensors_source *source, void **bytes,
+                                  size_t *size, struct gnp_error *error)
 {
 	struct gnp_safetensors *check = NULL;
 	size_t data_size = 0, file_size = 0;

@@ -18,8 +18,8 @@ struct gnp_safetensors_source {
 /* The bytes of a file: the same for the same source, whatever the order of the metadata; the header is padded with
  * spaces so that the data begins at a multiple of 8. Refuses what gnp_safetensors_decode would: what it makes is read
  * back first. name stands for the file in messages. *bytes is the caller's, for free(). */
-gnp_status gnp_safetensors_encode(const char *name, const struct gnp_safetensors_source *source, void **bytes, size_t *size,
-                                  struct gnp_error *error);
+gnp_status gnp_safetensors_encode(const char *name, const struct gnp_safetensors_source *source, void **bytes,
+                                  size_t *size, struct gnp_error *error);
 
 /* Writes them to PATH.new, syncs, and renames: a reader sees the old file or the new one, never a part. GNP_IO. */
 gnp_status gnp_safetensors_save(const char *path, const struct gnp_safetensors_source *source, struct gnp_error *error);

@@ -49,7 +49,8 @@ struct gnp_layout {
 };
 
 /* Checks the architecture's ranges and lays its parameters out. On failure *layout is undefined. */
-gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout, struct gnp_error *error);
+gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout,
+                                   struct gnp_error *error);
 
 /* The row of a name; NULL when there is none. */
 const struct gnp_parameter_row *gnp_layout_find(const struct gnp_layout *layout, const char *name);

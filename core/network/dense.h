@@ -11,8 +11,8 @@ void gnp_dense_forward(size_t rows, size_t in, size_t out, const float *x, size_
                        const float *bias, float *y);
 
 /* The same with y += . */
-void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
-                           float *y);
+void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight,
+                           size_t ldw, float *y);
 
 /* dx (rows, in), whose rows lie ldx apart; dweight, with the layout of W, and dbias (out) are added to. Each may be
  * NULL. */

@@ -29,7 +29,8 @@ struct gnp_edge_patch gnp_edge_kernel_patch(const struct gnp_trunk_tape *tape, s
 		.x = tape->x + row * tape->terms};
 }
 
-bool gnp_edge_kernel_open(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch, struct gnp_edge_patch *view)
+bool gnp_edge_kernel_open(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
+                          struct gnp_edge_patch *view)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = kernel->blocks.neurons, features = tape->terms - 1;
@@ -49,7 +50,8 @@ bool gnp_edge_kernel_open(const struct gnp_trunk_pass *pass, const struct gnp_ed
 	return true;
 }
 
-void gnp_edge_kernel_close_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const struct gnp_edge_patch *view)
+void gnp_edge_kernel_close_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                    const struct gnp_edge_patch *view)
 {
 	size_t n = kernel->blocks.neurons, terms = pass->tape->terms, features = terms - 1;
 	float *dsource = pass->gradient + kernel->hidden.weight;
@@ -74,8 +76,8 @@ void gnp_edge_kernel_bias(const struct gnp_edge_kernel *kernel, size_t sources, 
 	gnp_blocks_bias(&kernel->blocks, 1, ysum, z);
 }
 
-void gnp_edge_kernel_bias_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t sources, const float *ysum,
-                               const float *dzsum, float *dysum, float *dy)
+void gnp_edge_kernel_bias_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                   size_t sources, const float *ysum, const float *dzsum, float *dysum, float *dy)
 {
 	size_t width = kernel->blocks.channels * kernel->blocks.side;
 	memset(dysum, 0, width * sizeof *dysum);

@@ -29,10 +29,12 @@ float *gnp_edge_kernel_take(const struct gnp_trunk_pass *pass, size_t rows, size
 struct gnp_edge_patch gnp_edge_kernel_patch(const struct gnp_trunk_tape *tape, size_t patch);
 
 /* The same with a and b, and in a backward pass da and db. */
-bool gnp_edge_kernel_open(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch, struct gnp_edge_patch *view);
+bool gnp_edge_kernel_open(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
+                          struct gnp_edge_patch *view);
 
 /* From da and db to the hidden layer's parameters. */
-void gnp_edge_kernel_close_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const struct gnp_edge_patch *view);
+void gnp_edge_kernel_close_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                    const struct gnp_edge_patch *view);
 
 /* y (sources, columns) = x / sources for the patch's first rows of x. */
 void gnp_edge_kernel_scaled(const struct gnp_edge_patch *view, const float *x, size_t columns, float *y);
@@ -41,7 +43,7 @@ void gnp_edge_kernel_scaled(const struct gnp_edge_patch *view, const float *x, s
 void gnp_edge_kernel_bias(const struct gnp_edge_kernel *kernel, size_t sources, const float *y, float *ysum, float *z);
 
 /* Back from dz, summed over targets: dy of every source, and the bias. */
-void gnp_edge_kernel_bias_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t sources, const float *ysum,
-                                   const float *dzsum, float *dysum, float *dy);
+void gnp_edge_kernel_bias_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                   size_t sources, const float *ysum, const float *dzsum, float *dysum, float *dy);
 
 #endif

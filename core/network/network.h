@@ -14,8 +14,8 @@ struct gnp_network {
 };
 
 /* Copies the parameters (layout.total floats). On failure *out is unchanged. */
-gnp_status gnp_network_create(const struct gnp_architecture *architecture, const float *parameters, struct gnp_network **out,
-                               struct gnp_error *error);
+gnp_status gnp_network_create(const struct gnp_architecture *architecture, const float *parameters,
+                              struct gnp_network **out, struct gnp_error *error);
 void gnp_network_free(struct gnp_network *network);
 
 /* The tensor of a name the layout has. */

@@ -42,8 +42,9 @@ bool gnp_projection_work_take(const struct gnp_architecture *architecture, struc
 
 /* Sums over the patch's points at the positions usable (count), ascending by distance; what is beyond the last shell is
  * left out. u, v, y of work hold those points' coordinates and heights in units of scale_xy. */
-void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch, const uint32_t *usable,
-                           size_t count, struct gnp_projection_work *work, struct gnp_projection *out);
+void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch,
+                           const uint32_t *usable, size_t count, struct gnp_projection_work *work,
+                           struct gnp_projection *out);
 
 /* summary (gnp_projection_summary): for every nested support the logarithms of the first fit's misfit and of its
  * coefficients' size by order; nodes (GNP_PROJECTION_NODES, features): u, v, y and residual of the middle support's
@@ -70,7 +71,7 @@ bool gnp_projection_solve(const struct gnp_projection *sums, const float *output
 void gnp_projection_begin(const struct gnp_architecture *architecture, double spread, float *outputs);
 
 /* doutputs = d loss / d outputs from d loss / d coefficients (GNP_TAYLOR_SIZE). */
-void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs, const struct gnp_projection_fit *fit,
-                                   const double *dcoefficients, float *doutputs);
+void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs,
+                                   const struct gnp_projection_fit *fit, const double *dcoefficients, float *doutputs);
 
 #endif

@@ -15,9 +15,9 @@ struct gnp_projection_tape {
 
 /* mean (patches, width) of the trunk, summary (patches, gnp_projection_summary) -> outputs (patches,
  * gnp_projection_outputs). The tape stays in scratch. GNP_OUT_OF_MEMORY. */
-gnp_status gnp_projection_head_forward(const struct gnp_network *network, size_t patches, const float *mean, const float *summary,
-                                       float *outputs, struct gnp_projection_tape *tape, struct gnp_scratch *scratch,
-                                       struct gnp_error *error);
+gnp_status gnp_projection_head_forward(const struct gnp_network *network, size_t patches, const float *mean,
+                                       const float *summary, float *outputs, struct gnp_projection_tape *tape,
+                                       struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Adds to gradient (the layout's total); dmean (patches, width) out. GNP_OUT_OF_MEMORY. */
 gnp_status gnp_projection_head_backward(const struct gnp_network *network, const struct gnp_projection_tape *tape,

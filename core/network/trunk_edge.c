@@ -12,7 +12,8 @@
 enum { SLICE = 16 };
 
 /* a and b of one patch, b as (n, sources). */
-static bool open_sliced(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch, struct gnp_edge_patch *view)
+static bool open_sliced(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
+                        struct gnp_edge_patch *view)
 {
 	size_t n = kernel->blocks.neurons, terms = pass->tape->terms, features = terms - 1;
 	*view = gnp_edge_kernel_patch(pass->tape, patch);
@@ -31,15 +32,16 @@ static bool open_sliced(const struct gnp_trunk_pass *pass, const struct gnp_edge
 
 /* The integrals of one patch: values are contracted with the kernel once a source, and all edges are one product then,
  * both made and used up slice by slice. */
-static bool patch_integral(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const float *sliced, size_t patch,
-                           const float *values, float *z)
+static bool patch_integral(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const float *sliced,
+                           size_t patch, const float *values, float *z)
 {
 	size_t n = kernel->blocks.neurons, side = kernel->blocks.side, width = pass->network->architecture.width;
 	struct gnp_edge_patch view;
 	if (!open_sliced(pass, kernel, patch, &view))
 		return false;
 	float *y = gnp_edge_kernel_take(pass, view.sources + 2, width);
-	float *spread = gnp_edge_kernel_take(pass, view.sources * width, SLICE), *h = gnp_edge_kernel_take(pass, view.targets * view.sources, SLICE);
+	float *spread = gnp_edge_kernel_take(pass, view.sources * width, SLICE),
+		  *h = gnp_edge_kernel_take(pass, view.targets * view.sources, SLICE);
 	if (!y || !spread || !h)
 		return false;
 	float *ysum = y + view.sources * width, *zbias = ysum + width;
@@ -57,8 +59,8 @@ static bool patch_integral(const struct gnp_trunk_pass *pass, const struct gnp_e
 	return true;
 }
 
-static bool patch_integral_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
-                                    const float *values, const float *dz, float *dvalues)
+static bool patch_integral_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                    size_t patch, const float *values, const float *dz, float *dvalues)
 {
 	size_t n = kernel->blocks.neurons, width = pass->network->architecture.width;
 	struct gnp_edge_patch view;
@@ -164,8 +166,8 @@ bool gnp_edge_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer)
 	return true;
 }
 
-static bool mean_patch_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch, const float *values,
-                                const float *dz, const float *dmoments, float *dvalues)
+static bool mean_patch_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
+                                const float *values, const float *dz, const float *dmoments, float *dvalues)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = kernel->blocks.neurons, width = pass->network->architecture.width;

@@ -31,12 +31,14 @@ static void lifted_terms_backward(const struct gnp_trunk_pass *pass, const float
 
 /* The first layer's integrals: z_i = sum_f lifted[f] K with moments_if = mean_j x_j[f] h_ij in place of the hidden
  * activations, one contraction for all patches. */
-bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, struct gnp_trunk_kept *kept)
+bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                          struct gnp_trunk_kept *kept)
 {
 	struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = kernel->blocks.neurons, width = pass->network->architecture.width, terms = tape->terms;
 	kept->moments = gnp_edge_kernel_take(pass, tape->rows * terms, n);
-	float *lifted = gnp_edge_kernel_take(pass, terms, width), *spread = gnp_edge_kernel_take(pass, terms * width, n), *xs = gnp_edge_kernel_take(pass, GNP_QUADRATURE_MAX, terms);
+	float *lifted = gnp_edge_kernel_take(pass, terms, width), *spread = gnp_edge_kernel_take(pass, terms * width, n),
+		  *xs = gnp_edge_kernel_take(pass, GNP_QUADRATURE_MAX, terms);
 	float *ysum = gnp_edge_kernel_take(pass, 2, width);
 	if (!kept->moments || !lifted || !spread || !xs || !ysum)
 		return false;
@@ -63,8 +65,8 @@ bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_ed
 	return true;
 }
 
-static bool first_patch_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch, const float *dz,
-                                 const float *dmoments, float *dvalues)
+static bool first_patch_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, size_t patch,
+                                 const float *dz, const float *dmoments, float *dvalues)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	size_t n = kernel->blocks.neurons, width = pass->network->architecture.width, terms = tape->terms;
@@ -89,7 +91,8 @@ static bool first_patch_backward(const struct gnp_trunk_pass *pass, const struct
 	return true;
 }
 
-bool gnp_trunk_edge_first_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const float *dz, float *dvalues)
+bool gnp_trunk_edge_first_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                   const float *dz, float *dvalues)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	const float *moments = tape->kept[0].moments;

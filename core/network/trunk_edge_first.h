@@ -6,7 +6,9 @@
 #include "core/network/edge_kernel.h"
 
 /* As gnp_integral_fn and gnp_integral_backward_fn of layer 0; kept->z is there. */
-bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, struct gnp_trunk_kept *kept);
-bool gnp_trunk_edge_first_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel, const float *dz, float *dvalues);
+bool gnp_trunk_edge_first(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                          struct gnp_trunk_kept *kept);
+bool gnp_trunk_edge_first_backward(const struct gnp_trunk_pass *pass, const struct gnp_edge_kernel *kernel,
+                                   const float *dz, float *dvalues);
 
 #endif

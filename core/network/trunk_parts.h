@@ -47,15 +47,19 @@ struct gnp_blocks gnp_trunk_blocks(const struct gnp_network *network, struct gnp
 /* The integrals of a layer that is not the last: kept.z out, and back: dz (rows, width) -> dvalues (rows, width) += .
  * false: memory is exhausted. */
 typedef bool (*gnp_integral_fn)(const struct gnp_trunk_pass *pass, unsigned layer);
-typedef bool (*gnp_integral_backward_fn)(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+typedef bool (*gnp_integral_backward_fn)(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                         float *dvalues);
 bool gnp_edge_integral(const struct gnp_trunk_pass *pass, unsigned layer);
 bool gnp_edge_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
 bool gnp_separable_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                     float *dvalues);
 /* The mean over inner nodes of the last layer's: kept.z and dz are (patches, width). */
 bool gnp_edge_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_edge_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_edge_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                     float *dvalues);
 bool gnp_separable_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                          float *dvalues);
 
 #endif

@@ -204,7 +204,8 @@ bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned
 	return done;
 }
 
-bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues)
+bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                          float *dvalues)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	const struct gnp_trunk_kept *kept = &tape->kept[layer];

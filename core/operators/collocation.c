@@ -72,7 +72,8 @@ static bool take_row(const struct work *work, struct gnp_scratch *scratch, struc
 
 /* Takes the nearest points of a neighbourhood that are kept and, if one_sheet, of the centre's sheet, by ascending
  * index. */
-static void choose_points(const struct work *work, size_t centre, const uint32_t *index, size_t found, bool one_sheet, struct row *row)
+static void choose_points(const struct work *work, size_t centre, const uint32_t *index, size_t found, bool one_sheet,
+                          struct row *row)
 {
 	const double *normals = work->prepared->normals;
 	row->count = 0;
@@ -171,7 +172,8 @@ static gnp_status make_row(struct work *work, size_t centre, const uint32_t *ind
 	return GNP_OK;
 }
 
-static gnp_status rows_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status rows_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	struct work *work = context;
 	struct gnp_neighborhoods found;
@@ -220,8 +222,8 @@ static gnp_status number_columns(const struct gnp_collocation_rule *rule, size_t
 	return GNP_OK;
 }
 
-static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t points, size_t wide, struct gnp_collocation *out,
-                           struct gnp_error *error)
+static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t points, size_t wide,
+                           struct gnp_collocation *out, struct gnp_error *error)
 {
 	size_t entries = 0;
 	bool room = gnp_size_multiply(points, wide, &entries);
@@ -239,10 +241,12 @@ static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t point
 static gnp_status check_rule(const struct gnp_collocation_rule *rule, unsigned lowest, struct gnp_error *error)
 {
 	if (rule->degree < lowest || rule->degree > GNP_STENCIL_DEGREE_MAX)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "degree: got %u, need %u..%d", rule->degree, lowest, GNP_STENCIL_DEGREE_MAX);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "degree: got %u, need %u..%d", rule->degree, lowest, GNP_STENCIL_DEGREE_MAX);
 	size_t size = gnp_taylor_size(rule->degree);
 	if (rule->neighbors && rule->neighbors < size)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "neighbors: got %zu, need at least %zu for degree %u", rule->neighbors,
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "neighbors: got %zu, need at least %zu for degree %u", rule->neighbors,
 		                     size, rule->degree);
 	return GNP_OK;
 }
@@ -309,8 +313,8 @@ static void move_row(const struct gnp_collocation *from, size_t i, const uint32_
 }
 
 /* The new points of the columns, ascending, and the new column of each old one. spare (points). */
-static void move_columns(const struct gnp_collocation *from, const uint32_t *position, size_t points, uint32_t *column_of, uint32_t *spare,
-                         struct gnp_collocation *to)
+static void move_columns(const struct gnp_collocation *from, const uint32_t *position, size_t points,
+                         uint32_t *column_of, uint32_t *spare, struct gnp_collocation *to)
 {
 	memset(spare, 0xff, points * sizeof *spare);
 	for (size_t c = 0; c < from->columns; c++)
@@ -324,8 +328,8 @@ static void move_columns(const struct gnp_collocation *from, const uint32_t *pos
 }
 
 /* Rows that no point became stay empty. */
-static void move_rows(const struct gnp_collocation *from, const uint32_t *position, const uint32_t *column_of, struct entry *entries,
-                      struct gnp_collocation *to)
+static void move_rows(const struct gnp_collocation *from, const uint32_t *position, const uint32_t *column_of,
+                      struct entry *entries, struct gnp_collocation *to)
 {
 	for (size_t i = 0; i < from->rows; i++)
 		to->row_offsets[position[i] + 1] = from->row_offsets[i + 1] - from->row_offsets[i];
@@ -346,7 +350,8 @@ static size_t longest_row(const struct gnp_collocation *collocation)
 	return longest;
 }
 
-gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points, struct gnp_error *error)
+gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points,
+                                   struct gnp_error *error)
 {
 	struct gnp_collocation moved = {.rows = 0};
 	struct gnp_collocation_rule rule = {.which = 0};

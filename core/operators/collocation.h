@@ -59,7 +59,8 @@ void gnp_collocation_clear(struct gnp_collocation *collocation);
 /* The same as rows and columns of a list of `points` points that holds these among others: row and point i become row
  * and point position[i] < points, no two the same. kept and the columns stay ascending; rows of points that are none of
  * these are empty. On failure *collocation is unchanged. */
-gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points, struct gnp_error *error);
+gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points,
+                                   struct gnp_error *error);
 
 /* A matrix of it that borrows the arrays. */
 struct gnp_csr gnp_collocation_view(const struct gnp_collocation *collocation, enum gnp_derivative which);

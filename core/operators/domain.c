@@ -66,7 +66,8 @@ static gnp_status settle(const struct gnp_domain_options *options, struct gnp_po
 	return status;
 }
 
-static gnp_status measure(struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain, struct gnp_error *error)
+static gnp_status measure(struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                          struct gnp_error *error)
 {
 	domain->area = gnp_array_new(domain->prepared.count, sizeof *domain->area);
 	if (!domain->area)
@@ -74,8 +75,8 @@ static gnp_status measure(struct gnp_pool *pool, struct gnp_task *task, struct g
 	return gnp_area_measure(&domain->prepared, pool, task, domain->area, &domain->open, error);
 }
 
-static gnp_status take_dropped(const struct gnp_cloud *cloud, const struct gnp_filter *filter, struct gnp_domain *domain,
-                               struct gnp_error *error)
+static gnp_status take_dropped(const struct gnp_cloud *cloud, const struct gnp_filter *filter,
+                               struct gnp_domain *domain, struct gnp_error *error)
 {
 	size_t dropped = filter->count - filter->kept;
 	domain->dropped_index = gnp_array_new(dropped, sizeof *domain->dropped_index);
@@ -92,8 +93,9 @@ static gnp_status take_dropped(const struct gnp_cloud *cloud, const struct gnp_f
 }
 
 /* The cloud as the filter leaves it; the order becomes that of the whole cloud. */
-static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
-                                  struct gnp_task *task, struct gnp_domain *domain, struct gnp_error *error)
+static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                                  struct gnp_error *error)
 {
 	struct gnp_filter filter;
 	gnp_status status = gnp_filter_run(cloud, options->filter, pool, task, &filter, error);
@@ -113,8 +115,9 @@ static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gn
 	return status;
 }
 
-static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_domain *domain, struct gnp_error *error)
+static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                               struct gnp_error *error)
 {
 	gnp_status status = gnp_prepare(cloud, pool, task, &domain->prepared, error);
 	if (status != GNP_OK)
@@ -132,12 +135,14 @@ static gnp_status check_extent(const struct gnp_cloud *cloud, struct gnp_error *
 		extent = fmax(extent, fabs(cloud->points[i] - cloud->points[i % 3]));
 	if (extent >= least && extent <= most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: lie within %g of the first one, equations need %g..%g: take another unit of length",
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "points: lie within %g of the first one, equations need %g..%g: take another unit of length",
 	                     extent, least, most);
 }
 
-gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
-                           struct gnp_task *task, struct gnp_domain *out, struct gnp_error *error)
+gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *out,
+                           struct gnp_error *error)
 {
 	enum { FEWEST = 12 };
 	struct gnp_domain domain = {.cloud_count = cloud->count, .normals_estimated = !cloud->normals};
@@ -176,7 +181,8 @@ gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp
 	}
 	if (!doubled)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_DEGENERATE, "points: %zu lie where another one does, point %zu for one: remove duplicates, an equation has one "
+	return gnp_error_set(error, GNP_DEGENERATE,
+	                     "points: %zu lie where another one does, point %zu for one: remove duplicates, an equation has one "
 	                                            "unknown a place",
 	                     doubled, first);
 }

@@ -39,9 +39,11 @@ struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain);
 
 /* Checks cloud and options as gnp_estimate_run does. Deterministic for any worker count. On failure *out is unchanged.
  * task may be NULL. */
-gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
-                           struct gnp_task *task, struct gnp_domain *out, struct gnp_error *error);
-bool gnp_domain_is_closed(const struct gnp_domain *domain); /* but for single open cells, which noisy and coarse clouds have: a boundary has more */
+gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *out,
+                           struct gnp_error *error);
+/* But for single open cells, which noisy and coarse clouds have: a boundary has more. */
+bool gnp_domain_is_closed(const struct gnp_domain *domain);
 /* GNP_DEGENERATE with their number and the first one where points coincide: an equation has one unknown a place. */
 gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error);
 void gnp_domain_clear(struct gnp_domain *domain);

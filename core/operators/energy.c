@@ -11,7 +11,8 @@ double gnp_energy_stored(const struct gnp_stiffness *s, const double *u)
 	return sum;
 }
 
-double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha, bool held)
+double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f,
+                           double alpha, bool held)
 {
 	double whole = 0, mean = 0, supplied = 0, energy = gnp_energy_stored(stiffness, u);
 	for (size_t i = 0; i < stiffness->count; i++) {

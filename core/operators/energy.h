@@ -18,6 +18,7 @@
 double gnp_energy_stored(const struct gnp_stiffness *stiffness, const double *u);
 /* area, u, f (stiffness->count). Boundaries are taken to let nothing through. held: u is given somewhere, and zero
  * there; else its mean, which no derivative sees, is left out. 1 where u is constant. */
-double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f, double alpha, bool held);
+double gnp_energy_quotient(const struct gnp_stiffness *stiffness, const double *area, const double *u, const double *f,
+                           double alpha, bool held);
 
 #endif

@@ -54,7 +54,8 @@ static gnp_status fill_row(const struct work *work, size_t p, const uint32_t *in
 	return GNP_OK;
 }
 
-static gnp_status rows_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status rows_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	const struct work *work = context;
 	uint32_t *index = gnp_scratch_take(scratch, (end - begin) * work->wide, sizeof *index);
@@ -72,8 +73,9 @@ static gnp_status rows_chunk(void *context, size_t begin, size_t end, struct gnp
 	return status;
 }
 
-gnp_status gnp_interpolation_make(const struct gnp_prepared *prepared, const double *points, size_t count, unsigned degree,
-                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_csr *out, struct gnp_error *error)
+gnp_status gnp_interpolation_make(const struct gnp_prepared *prepared, const double *points, size_t count,
+                                  unsigned degree, struct gnp_pool *pool, struct gnp_task *task, struct gnp_csr *out,
+                                  struct gnp_error *error)
 {
 	struct gnp_csr made;
 	size_t wide = 2 * gnp_taylor_size(degree) < prepared->count ? 2 * gnp_taylor_size(degree) : prepared->count;

@@ -31,19 +31,22 @@ size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options)
 static gnp_status check_options(const struct gnp_laplacian_options *options, struct gnp_error *error)
 {
 	if (options->system < GNP_SYSTEM_SQUARE || options->system > GNP_SYSTEM_LEAST_SQUARES)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "system: got %d, need 0..%d", options->system, GNP_SYSTEM_LEAST_SQUARES);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "system: got %d, need 0..%d", options->system, GNP_SYSTEM_LEAST_SQUARES);
 	if (!(options->drop >= 0 && options->drop <= drop_max))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "drop: got %g, need 0..%g", options->drop, drop_max);
 	if (options->degree < 0 || options->degree > 7)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "degree: got %d, need 1..7, or 0 for the system's", options->degree);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "degree: got %d, need 1..7, or 0 for the system's", options->degree);
 	if (options->neighbors < 0 || options->neighbors > NEIGHBORS_MAX)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "neighbors: got %d, need 0..%d", options->neighbors, NEIGHBORS_MAX);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "neighbors: got %d, need 0..%d", options->neighbors, NEIGHBORS_MAX);
 	return GNP_OK;
 }
 
 /* keep (points) out: 0 for those that carry no unknown. */
-static gnp_status choose_kept(const struct gnp_domain *domain, double drop, const unsigned char *unknown, struct gnp_task *task,
-                              unsigned char *keep, struct gnp_error *error)
+static gnp_status choose_kept(const struct gnp_domain *domain, double drop, const unsigned char *unknown,
+                              struct gnp_task *task, unsigned char *keep, struct gnp_error *error)
 {
 	size_t count = domain->prepared.count;
 	gnp_status status = gnp_farthest_choose(domain->prepared.points, count, unknown, (size_t)(drop * (double)count), task, keep, error);
@@ -77,8 +80,9 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	return status;
 }
 
-gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
-                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error)
+gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options,
+                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_collocation *out,
+                             struct gnp_domain_facts *facts, struct gnp_error *error)
 {
 	struct gnp_domain domain;
 	struct gnp_collocation made = {.rows = 0};

@@ -28,8 +28,9 @@ size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
  * (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are dropped, or points coincide. Deterministic
  * for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is warned of
  * rows that no Laplacian has (operator_check.h). */
-gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options, struct gnp_pool *pool,
-                             struct gnp_task *task, struct gnp_collocation *out, struct gnp_domain_facts *facts, struct gnp_error *error);
+gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options,
+                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_collocation *out,
+                             struct gnp_domain_facts *facts, struct gnp_error *error);
 
 /* The same of a domain, in its curve order. unknown (points): 1: never dropped; NULL: any may be. */
 gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct gnp_laplacian_options *options,

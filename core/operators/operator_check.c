@@ -19,7 +19,8 @@ void gnp_operator_check_draw(size_t count, double *numbers)
 		numbers[i] = gnp_random_normal(&random);
 }
 
-void gnp_operator_check_energy(const double *energy, size_t count, const struct gnp_domain *domain, struct gnp_warnings *warnings)
+void gnp_operator_check_energy(const double *energy, size_t count, const struct gnp_domain *domain,
+                               struct gnp_warnings *warnings)
 {
 	double worst = 1;
 	for (size_t r = 0; r < count; r++)
@@ -28,11 +29,13 @@ void gnp_operator_check_energy(const double *energy, size_t count, const struct 
 	if (worst == 1)
 		return;
 	if (gnp_domain_is_closed(domain))
-		gnp_warnings_add(warnings, GNP_WARNING_OPERATOR, "its answers are not to be believed: solutions of random right-hand sides have %.3g times "
+		gnp_warnings_add(warnings, GNP_WARNING_OPERATOR,
+		                 "its answers are not to be believed: solutions of random right-hand sides have %.3g times "
 		                 "the energy that a second discretisation explains, need %g to %g: points too uneven, too few or too noisy for the surface",
 		                 worst, GNP_ENERGY_LEAST, GNP_ENERGY_MOST);
 	else
-		gnp_warnings_add(warnings, GNP_WARNING_OPERATOR, "its answers are not to be believed: solutions of random right-hand sides have %.3g times "
+		gnp_warnings_add(warnings, GNP_WARNING_OPERATOR,
+		                 "its answers are not to be believed: solutions of random right-hand sides have %.3g times "
 		                 "the energy that a second discretisation explains, need %g to %g: the surface has a boundary (%zu cells are open) where "
 		                 "values have to be given", worst, GNP_ENERGY_LEAST, GNP_ENERGY_MOST, domain->open);
 }
@@ -50,14 +53,16 @@ static bool is_jump(const struct gnp_prepared *prepared, size_t i, size_t j)
 	return gnp_dot(m, n) > agreeing && fabs(height) > steep * sqrt(square);
 }
 
-void gnp_operator_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes, struct gnp_warnings *warnings)
+void gnp_operator_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes,
+                                  struct gnp_warnings *warnings)
 {
 	size_t jumps = 0, edges = volumes->start[volumes->count] / 2;
 	for (size_t i = 0; i < volumes->count; i++)
 		for (size_t e = volumes->start[i]; e < volumes->start[i + 1]; e++)
 			jumps += volumes->column[e] > i && is_jump(prepared, i, volumes->column[e]);
 	if (jumps >= FEWEST && (double)jumps > jumps_most * (double)edges)
-		gnp_warnings_add(warnings, GNP_WARNING_CROSSINGS, "%.3g %% of the edges between cells, more than %g %%, leave the surface steeply for a point that "
+		gnp_warnings_add(warnings, GNP_WARNING_CROSSINGS,
+		                 "%.3g %% of the edges between cells, more than %g %%, leave the surface steeply for a point that "
 		                 "faces the same way: sheets lie too close for their spacing, noise is as large, or normals are wrong, and answers cross over",
 		                 100 * (double)jumps / (double)edges, 100 * jumps_most);
 }
@@ -83,7 +88,8 @@ void gnp_operator_check_rows(const struct gnp_collocation *matrices, size_t open
 	for (size_t c = 0; c < matrices->columns; c++)
 		bad += is_bad_row(matrices, matrices->kept[c], c);
 	if (bad >= FEWEST && (double)bad > rows_most * (double)matrices->columns)
-		gnp_warnings_add(warnings, GNP_WARNING_STENCILS, "%.3g %% of the rows, more than %g %%, have a weight of their own that is positive or less than "
+		gnp_warnings_add(warnings, GNP_WARNING_STENCILS,
+		                 "%.3g %% of the rows, more than %g %%, have a weight of their own that is positive or less than "
 		                 "a fifth of the others': equations with this matrix are not to be believed, its points are too uneven or at a boundary "
 		                 "(%zu cells are open)", 100 * (double)bad / (double)matrices->columns, 100 * rows_most, open);
 }
@@ -91,6 +97,7 @@ void gnp_operator_check_rows(const struct gnp_collocation *matrices, size_t open
 void gnp_operator_check_stencils(const struct gnp_collocation *matrices, unsigned degree, struct gnp_warnings *warnings)
 {
 	if ((double)matrices->reduced > reduced_most * (double)matrices->rows)
-		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE, "%.3g %% of the stencils, more than %g %%, are of a lower degree than %u as their neighbours "
+		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE,
+		                 "%.3g %% of the stencils, more than %g %%, are of a lower degree than %u as their neighbours "
 		                 "determine no more", 100 * (double)matrices->reduced / (double)matrices->rows, 100 * reduced_most, degree);
 }

@@ -13,17 +13,20 @@
 void gnp_operator_check_draw(size_t count, double *numbers);
 /* energy (count): the quotients (energy.h) of their solutions. Of an operator that resolves the surface they are 1.03
  * to 1.3, of one with modes of its own beyond all bounds or negative, whatever its screening and what is given. */
-void gnp_operator_check_energy(const double *energy, size_t count, const struct gnp_domain *domain, struct gnp_warnings *warnings);
+void gnp_operator_check_energy(const double *energy, size_t count, const struct gnp_domain *domain,
+                               struct gnp_warnings *warnings);
 
 /* Edges of cells between points whose normals agree, one far above the other's tangent plane: sheets that face the same
  * way, taken for one. */
-void gnp_operator_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes, struct gnp_warnings *warnings);
+void gnp_operator_check_crossings(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes,
+                                  struct gnp_warnings *warnings);
 
 /* Rows of the Laplacian, where it is among the matrices, whose point has a positive weight of its own, or one that all
  * others outweigh by far. open: cells at boundaries, where that is to be expected. */
 void gnp_operator_check_rows(const struct gnp_collocation *matrices, size_t open, struct gnp_warnings *warnings);
 
 /* Stencils of a lower degree than asked for. */
-void gnp_operator_check_stencils(const struct gnp_collocation *matrices, unsigned degree, struct gnp_warnings *warnings);
+void gnp_operator_check_stencils(const struct gnp_collocation *matrices, unsigned degree,
+                                 struct gnp_warnings *warnings);
 
 #endif

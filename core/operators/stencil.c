@@ -116,7 +116,8 @@ gnp_status gnp_stencil_fit(unsigned degree, unsigned lowest, const double *u, co
 	scale(u, v, &work);
 	while (!fit(degree, &work, weights)) {
 		if (degree == lowest)
-			return gnp_error_set(error, GNP_DEGENERATE, "stencil: %zu neighbours do not determine a polynomial of degree %u", count,
+			return gnp_error_set(error, GNP_DEGENERATE,
+			                     "stencil: %zu neighbours do not determine a polynomial of degree %u", count,
 			                     lowest);
 		degree--;
 	}

@@ -20,8 +20,8 @@ static void turn(const double n[3], const double m[3], double d[3])
 		d[c] -= share * (mean[c] + n[c]);
 }
 
-void gnp_unfold(const double from[3], const double n[3], double tangents[2][3], const double to[3], const double m[3], double *u,
-                double *v)
+void gnp_unfold(const double from[3], const double n[3], double tangents[2][3], const double to[3], const double m[3],
+                double *u, double *v)
 {
 	double d[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]};
 	if (gnp_same_sheet(n, m))

@@ -12,7 +12,7 @@
 /* from: the point, with its unit normal n and unit tangents (psi1, psi2, n right-handed or not); to: the neighbour,
  * with its unit normal m. u, v out [length]. Where the normals do not agree (patch.h, another sheet) the orthogonal
  * projection. */
-void gnp_unfold(const double from[3], const double n[3], double tangents[2][3], const double to[3], const double m[3], double *u,
-                double *v);
+void gnp_unfold(const double from[3], const double n[3], double tangents[2][3], const double to[3], const double m[3],
+                double *u, double *v);
 
 #endif

@@ -8,8 +8,8 @@
 #include "weights/train/train_model.h"
 #include "weights/train/train_network.h"
 
-static gnp_status train_and_write(const struct gnp_train_plan *plan, const struct gnp_trainable *network, struct gnp_session *session,
-                                  struct gnp_error *error)
+static gnp_status train_and_write(const struct gnp_train_plan *plan, const struct gnp_trainable *network,
+                                  struct gnp_session *session, struct gnp_error *error)
 {
 	struct gnp_train_row last;
 	float *parameters = gnp_array_new(network->parameter_count, sizeof *parameters);

@@ -62,8 +62,8 @@ static void write_notes(const struct gnp_train_plan *plan, const struct gnp_trai
 		note_watched(notes, last);
 }
 
-gnp_status gnp_train_model_write(const struct gnp_train_plan *plan, const float *parameters, const struct gnp_train_row *last,
-                                 struct gnp_error *error)
+gnp_status gnp_train_model_write(const struct gnp_train_plan *plan, const float *parameters,
+                                 const struct gnp_train_row *last, struct gnp_error *error)
 {
 	struct notes notes;
 	char regime[16];

@@ -5,7 +5,7 @@
 #include "weights/train/train_plan.h"
 
 /* Writes plan->output. last: the last row of the training's log. */
-gnp_status gnp_train_model_write(const struct gnp_train_plan *plan, const float *parameters, const struct gnp_train_row *last,
-                                 struct gnp_error *error);
+gnp_status gnp_train_model_write(const struct gnp_train_plan *plan, const float *parameters,
+                                 const struct gnp_train_row *last, struct gnp_error *error);
 
 #endif

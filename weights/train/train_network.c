@@ -34,8 +34,8 @@ static gnp_status load(void *context, const float *parameters, struct gnp_error 
 	return gnp_network_create(&state->architecture, parameters, &state->network, error);
 }
 
-static gnp_status forward(const void *context, const struct gnp_train_patches *patches, double *coefficients, void **tape,
-                          struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status forward(const void *context, const struct gnp_train_patches *patches, double *coefficients,
+                          void **tape, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct state *state = context;
 	return state->head->forward(state->network, patches, coefficients, tape, scratch, error);

@@ -64,7 +64,8 @@ static gnp_status unknown_name(const char *option, const char *got, const char *
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%s', need one of %s", option, got ? got : "", known);
 }
 
-static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error)
+static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                              struct gnp_error *error)
 {
 	const char *regime = gnp_arguments_get(arguments, "regime", NULL), *trunk = gnp_arguments_get(arguments, "trunk", "edge");
 	const char *head = gnp_arguments_get(arguments, "head", "projection");
@@ -130,7 +131,8 @@ static void set_defaults(struct gnp_train_plan *plan)
 	snprintf(plan->folder, sizeof plan->folder, "build-training/%s-%s", info->name, gnp_head_name(a->head));
 }
 
-static gnp_status parse_architecture(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error)
+static gnp_status parse_architecture(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                                     struct gnp_error *error)
 {
 	struct gnp_architecture *a = &plan->architecture;
 	struct {
@@ -150,7 +152,8 @@ static gnp_status parse_architecture(const struct gnp_arguments *arguments, stru
 		char *end;
 		unsigned long value = strtoul(list, &end, 10);
 		if (end == list || (*end && *end != ',') || value > 4096 || a->shells == GNP_SHELLS_MAX)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--shells: got '%s', need 1..%d numbers with commas between",
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "--shells: got '%s', need 1..%d numbers with commas between",
 			                     gnp_arguments_get(arguments, "shells", ""), GNP_SHELLS_MAX);
 		a->shell[a->shells++] = (unsigned)value;
 		list = end;
@@ -160,7 +163,8 @@ static gnp_status parse_architecture(const struct gnp_arguments *arguments, stru
 	return GNP_OK;
 }
 
-static gnp_status parse_integers(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error)
+static gnp_status parse_integers(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                                 struct gnp_error *error)
 {
 	struct gnp_train_options *train = &plan->run.train;
 	uint64_t k = train->recipe.k, batch = train->batch, micro = train->micro, shapes = train->data.shapes;
@@ -197,7 +201,8 @@ static gnp_status parse_integers(const struct gnp_arguments *arguments, struct g
 	return GNP_OK;
 }
 
-static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error)
+static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                                struct gnp_error *error)
 {
 	struct gnp_train_options *train = &plan->run.train;
 	double minutes = train->seconds / 60, watch = plan->run.watch_seconds / 60;
@@ -225,7 +230,8 @@ static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gn
 	return GNP_OK;
 }
 
-static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_loss_options *loss, struct gnp_error *error)
+static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_loss_options *loss,
+                             struct gnp_error *error)
 {
 	struct {
 		const char *name, *what;
@@ -250,10 +256,12 @@ static gnp_status check_output(const char *path, struct gnp_error *error)
 	snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 	if (access(folder, W_OK) == 0)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_IO, "--output: got '%s', need a folder that can be written: %s", path, strerror(errno));
+	return gnp_error_set(error, GNP_IO,
+	                     "--output: got '%s', need a folder that can be written: %s", path, strerror(errno));
 }
 
-gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error)
+gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                                struct gnp_error *error)
 {
 	*plan = (struct gnp_train_plan){.run = gnp_train_run_defaults()};
 	plan->prepare = gnp_arguments_has(arguments, "prepare");

@@ -20,6 +20,7 @@ size_t gnp_train_plan_option_count(void);
 
 /* What is not given follows from the regime and the head. Texts are the arguments', or the plan's, which is not
  * copied. */
-gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gnp_train_plan *plan, struct gnp_error *error);
+gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
+                                struct gnp_error *error);
 
 #endif

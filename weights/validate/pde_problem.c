@@ -37,8 +37,9 @@ void gnp_pde_problem_clear(struct gnp_pde_problem *problem)
 	free(problem->found);
 }
 
-gnp_status gnp_pde_problem_make(unsigned shape_index, enum gnp_regime regime, size_t points, size_t solutions, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_pde_problem *out, struct gnp_error *error)
+gnp_status gnp_pde_problem_make(unsigned shape_index, enum gnp_regime regime, size_t points, size_t solutions,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_problem *out,
+                                struct gnp_error *error)
 {
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	const struct gnp_sample_options options = {.count = points, .seed = GNP_SEED_VALIDATION + shape_index, .noise = info->noise,
@@ -55,7 +56,8 @@ gnp_status gnp_pde_problem_make(unsigned shape_index, enum gnp_regime regime, si
 	out->source = gnp_array_new(points, solutions * sizeof(double));
 	out->found = gnp_array_new(points, solutions * sizeof(double));
 	if (!out->value || !out->source || !out->found)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "table: no memory for %zu solutions of %zu points", solutions, points);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                     "table: no memory for %zu solutions of %zu points", solutions, points);
 	return gnp_pde_truth(&out->sample, GNP_SEED_VALIDATION, solutions, pool, task, out->value, out->source, error);
 }
 
@@ -84,8 +86,8 @@ static double mean_error(const struct gnp_pde_problem *problem)
 
 /* ---- Solving ---- */
 
-static gnp_status set_estimate(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator, struct gnp_estimate_options *out,
-                               struct gnp_error *error)
+static gnp_status set_estimate(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator,
+                               struct gnp_estimate_options *out, struct gnp_error *error)
 {
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	static const enum gnp_estimator_kind kinds[] = {GNP_ESTIMATOR_GNP, GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE};
@@ -97,15 +99,17 @@ static gnp_status set_estimate(const struct gnp_models *models, enum gnp_regime 
 }
 
 /* The paper filters by its operator in either case; so do we. */
-static gnp_status set_filter(const struct gnp_models *models, enum gnp_regime regime, struct gnp_filter_options *out, struct gnp_error *error)
+static gnp_status set_filter(const struct gnp_models *models, enum gnp_regime regime, struct gnp_filter_options *out,
+                             struct gnp_error *error)
 {
 	*out = gnp_filter_defaults();
 	out->project = true;
 	return set_estimate(models, regime, 0, &out->estimate, error);
 }
 
-gnp_status gnp_pde_problem_options(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator, unsigned system,
-                              struct gnp_poisson_options *options, struct gnp_filter_options *filter, struct gnp_error *error)
+gnp_status gnp_pde_problem_options(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator,
+                                   unsigned system, struct gnp_poisson_options *options,
+                                   struct gnp_filter_options *filter, struct gnp_error *error)
 {
 	struct gnp_domain_options *domain = &options->laplacian.domain;
 	*options = gnp_poisson_defaults();
@@ -118,8 +122,9 @@ gnp_status gnp_pde_problem_options(const struct gnp_models *models, enum gnp_reg
 	return status;
 }
 
-gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regime regime, unsigned estimator, unsigned system, const struct gnp_models *models,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_cell *cell, struct gnp_error *error)
+gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regime regime, unsigned estimator,
+                                 unsigned system, const struct gnp_models *models, struct gnp_pool *pool,
+                                 struct gnp_task *task, struct gnp_pde_cell *cell, struct gnp_error *error)
 {
 	struct gnp_poisson_options options;
 	struct gnp_filter_options filter;
@@ -146,7 +151,8 @@ gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regim
 static void keep_on_surface(const struct gnp_sample *sample, double *points)
 {
 	for (size_t i = 0; i < sample->count; i++) {
-		const double *at = sample->points + 3 * i, *foot = sample->exact + 3 * i, *n = sample->normals + 3 * i, *form = sample->second_form + 9 * i;
+		const double *at = sample->points + 3 * i, *foot = sample->exact + 3 * i, *n = sample->normals + 3 * i,
+					 *form = sample->second_form + 9 * i;
 		double d[3] = {at[0] - foot[0], at[1] - foot[1], at[2] - foot[2]}, across = gnp_dot(d, n), height = 0;
 		for (int c = 0; c < 3; c++)
 			d[c] -= across * n[c];
@@ -158,8 +164,9 @@ static void keep_on_surface(const struct gnp_sample *sample, double *points)
 	}
 }
 
-gnp_status gnp_pde_problem_solve_along(struct gnp_pde_problem *problem, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task, double *out,
-                             struct gnp_error *error)
+gnp_status gnp_pde_problem_solve_along(struct gnp_pde_problem *problem, const struct gnp_models *models,
+                                       struct gnp_pool *pool, struct gnp_task *task, double *out,
+                                       struct gnp_error *error)
 {
 	struct gnp_pde_cell cell = {.error = NAN};
 	double *noisy = problem->sample.points, *moved = gnp_array_new(problem->sample.count, 3 * sizeof *moved);

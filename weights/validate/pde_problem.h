@@ -29,21 +29,24 @@ struct gnp_pde_problem {
 };
 
 /* Freed by gnp_pde_problem_clear, also when it fails. */
-gnp_status gnp_pde_problem_make(unsigned shape_index, enum gnp_regime regime, size_t points, size_t solutions, struct gnp_pool *pool,
-                                struct gnp_task *task, struct gnp_pde_problem *out, struct gnp_error *error);
+gnp_status gnp_pde_problem_make(unsigned shape_index, enum gnp_regime regime, size_t points, size_t solutions,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_problem *out,
+                                struct gnp_error *error);
 void gnp_pde_problem_clear(struct gnp_pde_problem *problem);
 
 /* How a problem of the regime is solved; options borrow filter. */
-gnp_status gnp_pde_problem_options(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator, unsigned system,
-                                   struct gnp_poisson_options *options, struct gnp_filter_options *filter, struct gnp_error *error);
+gnp_status gnp_pde_problem_options(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator,
+                                   unsigned system, struct gnp_poisson_options *options,
+                                   struct gnp_filter_options *filter, struct gnp_error *error);
 
 /* Solves for all solutions and fills the cell. */
-gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regime regime, unsigned estimator, unsigned system,
-                                 const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_cell *cell,
-                                 struct gnp_error *error);
+gnp_status gnp_pde_problem_solve(struct gnp_pde_problem *problem, enum gnp_regime regime, unsigned estimator,
+                                 unsigned system, const struct gnp_models *models, struct gnp_pool *pool,
+                                 struct gnp_task *task, struct gnp_pde_cell *cell, struct gnp_error *error);
 
 /* The error that noise along the surface alone leaves: geometry is exact, sources are not where they belong. */
-gnp_status gnp_pde_problem_solve_along(struct gnp_pde_problem *problem, const struct gnp_models *models, struct gnp_pool *pool,
-                                       struct gnp_task *task, double *out, struct gnp_error *error);
+gnp_status gnp_pde_problem_solve_along(struct gnp_pde_problem *problem, const struct gnp_models *models,
+                                       struct gnp_pool *pool, struct gnp_task *task, double *out,
+                                       struct gnp_error *error);
 
 #endif

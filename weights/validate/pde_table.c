@@ -29,8 +29,9 @@ struct gnp_pde_plan gnp_pde_plan_quick(void)
 	return (struct gnp_pde_plan){20000, 2, (1u << GNP_REGIMES) - 1, 20000};
 }
 
-static gnp_status fill_regime(const struct gnp_pde_plan *plan, unsigned shape, enum gnp_regime regime, const struct gnp_models *models,
-                              struct gnp_pool *pool, struct gnp_task *task, FILE *log, struct gnp_pde_table *table, struct gnp_error *error)
+static gnp_status fill_regime(const struct gnp_pde_plan *plan, unsigned shape, enum gnp_regime regime,
+                              const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task, FILE *log,
+                              struct gnp_pde_table *table, struct gnp_error *error)
 {
 	struct gnp_pde_problem problem;
 	gnp_status status = gnp_pde_problem_make(shape, regime, plan->points, plan->solutions, pool, task, &problem, error);
@@ -39,7 +40,8 @@ static gnp_status fill_regime(const struct gnp_pde_plan *plan, unsigned shape, e
 			struct gnp_pde_cell *cell = &table->cell[shape][regime][e][s];
 			status = gnp_pde_problem_solve(&problem, regime, e, s, models, pool, task, cell, error);
 			if (log && status == GNP_OK)
-				fprintf(log, "%s %s %s %s: %.2e (%.1f s and %.3f s)\n", gnp_pde_shape(shape), gnp_regime_info(regime)->name, gnp_pde_estimator(e),
+				fprintf(log,
+				        "%s %s %s %s: %.2e (%.1f s and %.3f s)\n", gnp_pde_shape(shape), gnp_regime_info(regime)->name, gnp_pde_estimator(e),
 				        gnp_pde_system(s), cell->error, cell->prepare, cell->solve);
 		}
 	if (status == GNP_OK && regime == GNP_REGIME_NOISE_70)
@@ -48,8 +50,8 @@ static gnp_status fill_regime(const struct gnp_pde_plan *plan, unsigned shape, e
 	return status;
 }
 
-static gnp_status fill_size(size_t points, size_t solutions, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                            double *convergence, double *condition, struct gnp_error *error)
+static gnp_status fill_size(size_t points, size_t solutions, const struct gnp_models *models, struct gnp_pool *pool,
+                            struct gnp_task *task, double *convergence, double *condition, struct gnp_error *error)
 {
 	struct gnp_pde_problem problem;
 	struct gnp_pde_cell cell = {.error = NAN};
@@ -68,8 +70,9 @@ static gnp_status fill_size(size_t points, size_t solutions, const struct gnp_mo
 	return status;
 }
 
-static gnp_status fill_convergence(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                                   struct gnp_pde_table *table, struct gnp_error *error)
+static gnp_status fill_convergence(const struct gnp_pde_plan *plan, const struct gnp_models *models,
+                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_table *table,
+                                   struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < GNP_PDE_SIZES && sizes[i] <= plan->sizes_most && status == GNP_OK; i++) {
@@ -79,8 +82,8 @@ static gnp_status fill_convergence(const struct gnp_pde_plan *plan, const struct
 	return status;
 }
 
-gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                             FILE *log, struct gnp_pde_table *out, struct gnp_error *error)
+gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool,
+                             struct gnp_task *task, FILE *log, struct gnp_pde_table *out, struct gnp_error *error)
 {
 	struct gnp_pde_table table = {.points = plan->points, .solutions = plan->solutions};
 	struct gnp_pde_cell *cells = &table.cell[0][0][0][0];

@@ -33,8 +33,8 @@ struct gnp_pde_plan gnp_pde_plan_quick(void);
 
 /* Fills the table. models: the folder's, with those of every regime for the estimator gnp. Lines of progress to `log`
  * (NULL: none). */
-gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                             FILE *log, struct gnp_pde_table *out, struct gnp_error *error);
+gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool,
+                             struct gnp_task *task, FILE *log, struct gnp_pde_table *out, struct gnp_error *error);
 
 /* The error the paper prints; NAN where it prints none. estimator 0 gnp, 1 gmls. */
 double gnp_pde_printed(unsigned shape, enum gnp_regime regime, unsigned estimator);

@@ -17,10 +17,12 @@ static void write_number(double error, FILE *out)
 		fprintf(out, "%8.2e", error);
 }
 
-static void write_row(const struct gnp_pde_table *table, enum gnp_regime regime, unsigned e, unsigned s, const struct style *style, FILE *out)
+static void write_row(const struct gnp_pde_table *table, enum gnp_regime regime, unsigned e, unsigned s,
+                      const struct style *style, FILE *out)
 {
 	double prepare = 0, solve = 0;
-	fprintf(out, "%s%-10s%s%-8s%s%-13s", style->begin, gnp_regime_info(regime)->name, style->between, gnp_pde_estimator(e), style->between, gnp_pde_system(s));
+	fprintf(out,
+	        "%s%-10s%s%-8s%s%-13s", style->begin, gnp_regime_info(regime)->name, style->between, gnp_pde_estimator(e), style->between, gnp_pde_system(s));
 	for (unsigned shape = 0; shape < GNP_PDE_SHAPES; shape++) {
 		const struct gnp_pde_cell *cell = &table->cell[shape][regime][e][s];
 		fprintf(out, "%s", style->between);
@@ -33,7 +35,8 @@ static void write_row(const struct gnp_pde_table *table, enum gnp_regime regime,
 
 static void write_printed(enum gnp_regime regime, unsigned e, const struct style *style, FILE *out)
 {
-	fprintf(out, "%s%-10s%s%-8s%s%-13s", style->begin, gnp_regime_info(regime)->name, style->between, gnp_pde_estimator(e), style->between, "the paper's");
+	fprintf(out,
+	        "%s%-10s%s%-8s%s%-13s", style->begin, gnp_regime_info(regime)->name, style->between, gnp_pde_estimator(e), style->between, "the paper's");
 	for (unsigned shape = 0; shape < GNP_PDE_SHAPES; shape++) {
 		fprintf(out, "%s", style->between);
 		write_number(gnp_pde_printed(shape, regime, e), out);
@@ -76,9 +79,11 @@ static void write_head(const struct style *style, FILE *out)
 static void write_convergence(const struct gnp_pde_table *table, const struct style *style, FILE *out)
 {
 	for (size_t i = 0; i < GNP_PDE_SIZES && table->sizes[i]; i++) {
-		fprintf(out, "%s%8zu%s%.2e%s", style->begin, table->sizes[i], style->between, table->convergence[i], style->between);
+		fprintf(out,
+		        "%s%8zu%s%.2e%s", style->begin, table->sizes[i], style->between, table->convergence[i], style->between);
 		if (i > 0)
-			fprintf(out, "%5.1f", 2 * log(table->convergence[i - 1] / table->convergence[i]) / log((double)table->sizes[i] / (double)table->sizes[i - 1]));
+			fprintf(out,
+			        "%5.1f", 2 * log(table->convergence[i - 1] / table->convergence[i]) / log((double)table->sizes[i] / (double)table->sizes[i - 1]));
 		fprintf(out, "%s%.1e", style->between, table->condition[i]);
 		fprintf(out, "%s\n", style->end);
 	}
@@ -87,7 +92,8 @@ static void write_convergence(const struct gnp_pde_table *table, const struct st
 void gnp_pde_table_write_text(const struct gnp_pde_table *table, FILE *out)
 {
 	static const struct style plain = {"", "  ", ""};
-	fprintf(out, "Laplace-Beltrami PDE, %zu points, %zu solutions: relative L2 error of u; seconds\n", table->points, table->solutions);
+	fprintf(out,
+	        "Laplace-Beltrami PDE, %zu points, %zu solutions: relative L2 error of u; seconds\n", table->points, table->solutions);
 	write_head(&plain, out);
 	write_rows(table, &plain, out);
 	fprintf(out, "\nconvergence, bumpy torus, gnp, square: points, error, order in the spacing, condition\n");
@@ -111,6 +117,7 @@ void gnp_pde_table_write_markdown(const struct gnp_pde_table *table, FILE *out)
 	write_head(&bars, out);
 	fprintf(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: |\n");
 	write_rows(table, &bars, out);
-	fprintf(out, "\n## Convergence\nBumpy torus, clean, `gnp`, square; the order is in the spacing; the condition is the largest |eigenvalue| over\nthe smallest but zero.\n\n| points | error | order | condition |\n| ---: | ---: | ---: | ---: |\n");
+	fprintf(out,
+	        "\n## Convergence\nBumpy torus, clean, `gnp`, square; the order is in the spacing; the condition is the largest |eigenvalue| over\nthe smallest but zero.\n\n| points | error | order | condition |\n| ---: | ---: | ---: | ---: |\n");
 	write_convergence(table, &bars, out);
 }

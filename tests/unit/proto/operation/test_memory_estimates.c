@@ -26,8 +26,8 @@ static size_t (*counted_live)(void), (*counted_peak)(void);
 static void (*counted_restart)(void);
 
 /* Sanitizers' interface; NULL without one. */
-int __sanitizer_install_malloc_and_free_hooks(void (*allocated)(const volatile void *, size_t), void (*freed)(const volatile void *))
-	__attribute__((weak));
+int __sanitizer_install_malloc_and_free_hooks(void (*allocated)(const volatile void *, size_t),
+                                              void (*freed)(const volatile void *)) __attribute__((weak));
 size_t __sanitizer_get_allocated_size(const volatile void *piece) __attribute__((weak));
 
 static atomic_size_t live, peak;
@@ -143,7 +143,8 @@ struct run {
 };
 enum { ALL = (1 << KINDS) - 1 };
 
-static void print_row(const struct run *run, enum kind kind, size_t points, unsigned workers, size_t use, size_t estimate)
+static void print_row(const struct run *run, enum kind kind, size_t points, unsigned workers, size_t use,
+                      size_t estimate)
 {
 	if (getenv("MEMORY_TABLE"))
 		printf("%-9s %-62s %-6s %zu %6zu %u %8.2f %8.2f MB %5.2f  %6.0f %6.0f B\n", run->operation, run->parameters, kind_names[kind], run->column_count,
@@ -166,7 +167,8 @@ static struct gnp_models *models;
 
 /* *use: the most bytes there were at a time beside those before; *estimate: what the operation said. False: it
  * failed. */
-static bool measure(const struct run *run, enum kind kind, size_t points, struct gnp_pool *pool, size_t *use, size_t *estimate)
+static bool measure(const struct run *run, enum kind kind, size_t points, struct gnp_pool *pool, size_t *use,
+                    size_t *estimate)
 {
 	const struct gnp_limits limits = {.models = models};
 	struct gnp_request request = {0};
