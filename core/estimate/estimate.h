@@ -26,7 +26,7 @@ struct gnp_estimate {
 };
 
 /* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
- * On failure *out is unchanged. task may be NULL. */
+ * On failure *out is unchanged. task may be NULL. O(n log n) for finding neighbours; memory: gnp_estimate_memory. */
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);

@@ -21,8 +21,4 @@ gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char 
                              struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out,
                              struct gnp_error *error);
 
-/* Peak bytes gnp_flow_run may allocate for count points, for admission control: 450 to 800 a point, and the snapshots.
- * given: the cloud comes with normals. */
-size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options);
-
 #endif

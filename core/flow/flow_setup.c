@@ -6,6 +6,7 @@
 #include "core/base/memory.h"
 #include "core/base/select.h"
 #include "core/cells/area.h"
+#include "core/flow/flow_result.h"
 
 /* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
 static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
@@ -144,4 +145,22 @@ gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct g
 	*spacing = h;
 	status = check_closed(options, open, count, error);
 	return status == GNP_OK ? check_lengths(options, rule, move, h, total, error) : status;
+}
+
+/* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is
+ * measured or a step is made, beside an index and what moves between the states. */
+size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options)
+{
+	enum { BETWEEN = 96, CONFORMAL = 32, SNAPSHOT = 7 * sizeof(double), END = 7 * sizeof(double) + sizeof(int64_t) };
+	bool conformal = options->scheme == GNP_FLOW_CONFORMAL, along = !conformal && (options->insertion != 0 || options->tangential > 0);
+	size_t state = gnp_flow_state_memory(count, along, !conformal && options->tangential > 0, options->scheme != GNP_FLOW_EXPLICIT);
+	struct gnp_estimate_options estimate = options->estimate;
+	estimate.quantities = GNP_FLOW_QUANTITIES | (along ? GNP_QUANTITY_BIT(GNP_PRINCIPAL_DIRECTIONS) : 0);
+	estimate.if_offered = 0;
+	size_t estimating = gnp_estimate_memory(count, true, &estimate);
+	size_t step = state + estimating, both = 2 * state + count * (BETWEEN + (conformal ? CONFORMAL : 0)),
+		   start = gnp_estimate_memory(count, given, &estimate);
+	size_t most = step > both ? step : both, shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
+	size_t records = ((size_t)options->steps + 1) * sizeof(struct gnp_flow_record);
+	return (most > start ? most : start) + count * (shots * SNAPSHOT + END) + records;
 }

@@ -1,5 +1,5 @@
-/* From a flow's options and its cloud to lengths: what is left open follows the cloud's spacing, and what cannot work
- * is refused. */
+/* From a flow's options and its cloud to lengths, where what is left open follows the cloud's spacing and what cannot
+ * work is refused, and to the memory it takes. */
 #ifndef GNP_CORE_FLOW_SETUP_H
 #define GNP_CORE_FLOW_SETUP_H
 
@@ -14,5 +14,9 @@ gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct g
 
 /* dt for points so far apart, where it is left open. */
 double gnp_flow_default_step(double spacing);
+
+/* Peak bytes gnp_flow_run may allocate for count points, for admission control: 450 to 800 a point, and the snapshots.
+ * given: the cloud comes with normals. */
+size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options);
 
 #endif

@@ -88,8 +88,8 @@ static void choose_points(const struct work *work, size_t centre, const uint32_t
 	}
 }
 
-/* Unfolded into the plane tangent at the centre. A point that nobody faces as it does takes its neighbours as they
- * come. */
+/* Unfolded into the plane tangent at the centre. If no neighbour's normal agrees with the point's, all
+ * neighbours are used. */
 static void gather(const struct work *work, size_t centre, const uint32_t *index, size_t found, struct row *row)
 {
 	const struct gnp_prepared *prepared = work->prepared;
