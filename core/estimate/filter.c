@@ -389,14 +389,15 @@ size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_optio
 {
 	/* points that stand alone: the neighbours of each, and distances; a copy of the points that are kept, and when they
 	 * are projected their areas */
-	enum { ISOLATED = 17 * sizeof(uint32_t) + 3 * sizeof(double) + 2, KEPT = 3 * sizeof(double) + 2, PROJECTED = 4 * sizeof(double) };
+	enum { ISOLATED = 17 * sizeof(uint32_t) + 3 * sizeof(double) + 2, KEPT = 3 * sizeof(double) + 2,
+	       PROJECTED = 4 * sizeof(double) };
 	const struct gnp_filter *filter = NULL;
 	struct gnp_estimate_options estimate = options->estimate;
 	estimate.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	estimate.if_offered = GNP_QUANTITY_BIT(GNP_OUTLIER);
 	size_t result = sizeof *filter->keep + sizeof *filter->deviation + sizeof *filter->index + 3 * sizeof *filter->points +
 	                3 * sizeof *filter->normals;
-	size_t apart = options->gross > 0 ? gnp_prepared_memory(count) + count * ISOLATED : 0,
-		   fitted = gnp_estimate_memory(count, given, &estimate);
+	size_t apart = options->gross > 0 ? gnp_prepared_memory(count) + count * ISOLATED : 0;
+	size_t fitted = gnp_estimate_memory(count, given, &estimate);
 	return (apart > fitted ? apart : fitted) + count * (result + KEPT + (options->project ? PROJECTED : 0));
 }

@@ -152,15 +152,17 @@ gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct g
 size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options)
 {
 	enum { BETWEEN = 96, CONFORMAL = 32, SNAPSHOT = 7 * sizeof(double), END = 7 * sizeof(double) + sizeof(int64_t) };
-	bool conformal = options->scheme == GNP_FLOW_CONFORMAL, along = !conformal && (options->insertion != 0 || options->tangential > 0);
-	size_t state = gnp_flow_state_memory(count, along, !conformal && options->tangential > 0, options->scheme != GNP_FLOW_EXPLICIT);
+	bool conformal = options->scheme == GNP_FLOW_CONFORMAL, tangential = !conformal && options->tangential > 0;
+	bool along = tangential || (!conformal && options->insertion != 0);
 	struct gnp_estimate_options estimate = options->estimate;
 	estimate.quantities = GNP_FLOW_QUANTITIES | (along ? GNP_QUANTITY_BIT(GNP_PRINCIPAL_DIRECTIONS) : 0);
 	estimate.if_offered = 0;
-	size_t estimating = gnp_estimate_memory(count, true, &estimate);
-	size_t step = state + estimating, both = 2 * state + count * (BETWEEN + (conformal ? CONFORMAL : 0)),
-		   start = gnp_estimate_memory(count, given, &estimate);
-	size_t most = step > both ? step : both, shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
+	size_t state = gnp_flow_state_memory(count, along, tangential, options->scheme != GNP_FLOW_EXPLICIT);
+	size_t start = gnp_estimate_memory(count, given, &estimate);
+	size_t estimating = state + gnp_estimate_memory(count, true, &estimate);
+	size_t stepping = 2 * state + count * (BETWEEN + (conformal ? CONFORMAL : 0));
+	size_t most = estimating > stepping ? estimating : stepping;
+	size_t shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
 	size_t records = ((size_t)options->steps + 1) * sizeof(struct gnp_flow_record);
 	return (most > start ? most : start) + count * (shots * SNAPSHOT + END) + records;
 }
