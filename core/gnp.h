@@ -4,7 +4,7 @@
  * may change it, a new third one does not. All other headers and symbols are the library's own. Sources are in C11;
  * `pkg-config --cflags --libs gnp` has the flags.
  *
- * A program calls gnp_init, makes a pool of threads (core/base/pool.h), perhaps loads models (core/network/models.h),
+ * A program calls gnp_init, makes a pool of threads (core/base/pool.h), perhaps loads models (core/model/models.h),
  * fills a struct gnp_cloud with what it has, takes the default options of what it wants, and runs it:
  * gnp_estimate_run, gnp_filter_run, gnp_flow_run, gnp_laplacian_run, gnp_poisson_prepare and gnp_poisson_solve,
  * gnp_heat_prepare and gnp_heat_step, gnp_spectrum_run, gnp_geodesic_create and gnp_geodesic_distance.
@@ -26,18 +26,18 @@
 #include "core/base/version.h"
 #include "core/base/warning.h"
 #include "core/cloud/cloud.h"
-#include "core/equations/collocation.h"
 #include "core/equations/geodesic.h"
 #include "core/equations/heat.h"
-#include "core/equations/laplacian.h"
 #include "core/equations/poisson.h"
 #include "core/equations/spectrum.h"
 #include "core/estimate/estimate.h"
 #include "core/estimate/filter.h"
 #include "core/fit/quantity.h"
 #include "core/flow/flow.h"
-#include "core/network/model.h"
-#include "core/network/models.h"
+#include "core/model/model.h"
+#include "core/model/models.h"
+#include "core/operators/collocation.h"
+#include "core/operators/laplacian.h"
 #include "core/shapes/shapes.h"
 
 /* Once, before anything else and before other threads begin. Keeps OpenBLAS, which the library calls from the threads of its pool, to the thread that
