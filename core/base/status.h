@@ -21,7 +21,7 @@
 	X(GNP_CLIENT_TIMEOUT, "client_timeout", 408, "the client sent its request too slowly")       \
 	X(GNP_CONFLICT, "conflict", 409, "the request conflicts with an earlier one")                \
 	X(GNP_IN_PROGRESS, "in_progress", 409, "the same request is being taken, try again")         \
-	X(GNP_GONE, "gone", 410, "the thing is there no longer")                                     \
+	X(GNP_GONE, "gone", 410, "it has expired or was removed")                                    \
 	X(GNP_TOO_LARGE, "too_large", 413, "the request is over a limit")                            \
 	X(GNP_UNSUPPORTED_MEDIA, "unsupported_media", 415, "the body's format is not supported")     \
 	X(GNP_RANGE, "range_not_satisfiable", 416, "the range lies outside of the thing")            \
@@ -36,7 +36,7 @@
 	X(GNP_OVERLOADED, "overloaded", 503, "the server is at its limit, try again later")          \
 	X(GNP_DRAINING, "draining", 503, "the server is shutting down")                              \
 	X(GNP_UNAVAILABLE, "unavailable", 503, "the server lacks what this needs")                  \
-	X(GNP_STORAGE, "storage", 503, "the disk does not do its work")                              \
+	X(GNP_STORAGE, "storage", 503, "the disk failed")                                            \
 	X(GNP_DEADLINE, "deadline_exceeded", 504, "the work took longer than its time limit")        \
 	X(GNP_NO_SPACE, "no_space", 507, "there is no room to store it")
 

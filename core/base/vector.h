@@ -1,4 +1,5 @@
-/* Dot and cross products of three-vectors, the largest coordinate, and the order of numbers for qsort: what many files need. */
+/* Dot and cross products of three-vectors, the largest coordinate, and the order of numbers for qsort: what many files
+ * need. */
 #ifndef GNP_CORE_VECTOR_H
 #define GNP_CORE_VECTOR_H
 

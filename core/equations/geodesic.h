@@ -1,8 +1,10 @@
-/* Geodesic distances by the heat method (Crane, Weischedel & Wardetzky 2013) on the finite volumes of a cloud (volume.h).
+/* Geodesic distances by the heat method (Crane, Weischedel & Wardetzky 2013) on the finite volumes of a cloud
+ * (volume.h).
  *
- * Heat u flows for a short time t from the sources, (M + t S) u = delta; far away u falls like exp(-d / sqrt t), so the gradient of
- * -sqrt(t) log u points where distance grows; the function whose gradient comes nearest to those directions at unit length
- * is the distance: S d = -div X. All matrices are M-matrices, so u is positive and its logarithm keeps its digits. */
+ * Heat u flows for a short time t from the sources, (M + t S) u = delta; far away u falls like exp(-d / sqrt t), so
+ * the gradient of -sqrt(t) log u points where distance grows; the function whose gradient comes nearest to those
+ * directions at unit length is the distance: S d = -div X. All matrices are M-matrices, so u is positive and its
+ * logarithm keeps its digits. */
 #ifndef GNP_CORE_GEODESIC_H
 #define GNP_CORE_GEODESIC_H
 

@@ -1,5 +1,5 @@
-/* Whether distances can be believed: none is shorter than the straight line to the nearest source, or longer than a way
- * from point to point. Records a warning with the value found and its limit (warning.h). */
+/* Checks whether distances can be believed: none is shorter than the straight line to the nearest source, or longer
+ * than a way from point to point. Records a warning with the value found and its limit (warning.h). */
 #ifndef GNP_CORE_GEODESIC_CHECK_H
 #define GNP_CORE_GEODESIC_CHECK_H
 

@@ -1,4 +1,5 @@
-/* Heat on a cloud: u_t = Delta u by implicit Euler steps, (1 / dt - Delta) u' = u / dt, which are stable for any dt. */
+/* Solves the heat equation on a cloud: u_t = Delta u by implicit Euler steps, (1 / dt - Delta) u' = u / dt, which are
+ * stable for any dt. */
 #ifndef GNP_CORE_HEAT_H
 #define GNP_CORE_HEAT_H
 

@@ -1,6 +1,6 @@
-/* Whether heat can be believed: nowhere is it more than where it began hottest, nor less than where coldest, but for
- * what sources add; and none comes or goes otherwise. Records a warning with the value found and its limit
- * (warning.h). */
+/* Checks whether heat can be believed: it is nowhere more than where it began hottest, nor less than where it began
+ * coldest, but for what sources add, and in all it stays the same but for that. Records a warning with the value found
+ * and its limit (warning.h). */
 #ifndef GNP_CORE_HEAT_CHECK_H
 #define GNP_CORE_HEAT_CHECK_H
 

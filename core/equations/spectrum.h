@@ -1,5 +1,5 @@
-/* The lowest eigenpairs of -Delta on a cloud: block Arnoldi iteration (Saad 2011, chapter 6) with (sigma - Delta)^-1,
- * all of it on one factor. */
+/* Finds the lowest eigenpairs of -Delta on a cloud: block Arnoldi iteration (Saad 2011, chapter 6) with (sigma -
+ * Delta)^-1, all of it on one factor. */
 #ifndef GNP_CORE_SPECTRUM_H
 #define GNP_CORE_SPECTRUM_H
 

@@ -1,5 +1,5 @@
-/* Whether eigenpairs of -Delta can be believed: they are real and not negative, and a second discretisation gives their
- * vectors nearly the same values. Records a warning with the value found and its limit (warning.h). */
+/* Checks whether eigenpairs of -Delta can be believed: they are real and not negative, and a second discretisation
+ * gives their vectors nearly the same values. Records a warning with the value found and its limit (warning.h). */
 #ifndef GNP_CORE_SPECTRUM_CHECK_H
 #define GNP_CORE_SPECTRUM_CHECK_H
 

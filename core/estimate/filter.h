@@ -1,8 +1,9 @@
-/* Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.
+/* The operation filter: finds the points of a cloud that do not lie on the surface the others agree on, and gives the
+ * cloud without them.
  *
  * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in
- * the patch's scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted
- * surface.
+ * the patch's scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the
+ * fitted surface.
  *
  * An isolated point's own normal may be anything; where it turns from all its neighbours', its patch is made of it
  * alone and it deviates from nothing: consensus, which asks the patches of others, finds it. A point far from all

@@ -1,4 +1,4 @@
-/* How noisy a cloud is. */
+/* Estimates how noisy a cloud is. */
 #ifndef GNP_CORE_NOISE_H
 #define GNP_CORE_NOISE_H
 

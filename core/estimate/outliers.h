@@ -1,4 +1,4 @@
-/* Which points do not lie on the surface their neighbours agree on.
+/* Finds the points that do not lie on the surface their neighbours agree on.
  *
  * Overlapping patches each make a robust fit to the points of their centre's sheet (L1, then Tukey's biweight, by
  * iteratively reweighted least squares, scale by the median absolute deviation with degrees of freedom corrected) and

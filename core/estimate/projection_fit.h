@@ -1,4 +1,4 @@
-/* From patches to coefficients by a network with the projection head: sums, description, trunk, head, solution. */
+/* Fits patches by a network with the projection head: sums, description, trunk, head, solution. */
 #ifndef GNP_CORE_PROJECTION_FIT_H
 #define GNP_CORE_PROJECTION_FIT_H
 

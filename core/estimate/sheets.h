@@ -1,4 +1,4 @@
-/* Which sheet of a surface each point belongs to, told by a normal. */
+/* Gives each point a normal by which the sheets of a surface are told apart. */
 #ifndef GNP_CORE_SHEETS_H
 #define GNP_CORE_SHEETS_H
 

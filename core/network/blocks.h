@@ -1,4 +1,5 @@
-/* The last, linear layer of a kernel's MLP, never evaluated for a node or an edge: contracted with what it is multiplied by.
+/* Applies the last, linear layer of a kernel's MLP without evaluating it for a node or an edge: the layer is
+ * contracted with what it is multiplied by.
  *
  * The kernel's value is a matrix of c diagonal blocks of h x h,
  *   K[c][in][out] = sum_p weight[(c, in, out)][p] g_p + bias[(c, in, out)],

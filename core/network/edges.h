@@ -1,6 +1,6 @@
-/* The edge kernel's hidden activations, h_ij = max(a_i + b_j, 0) (n) for target i and source j, made where they are
- * used: all of them would not fit a cache. a (targets, n), b (sources, n), the bias in one of them. Where a sum is 0,
- * so is the derivative. */
+/* Makes the edge kernel's hidden activations, h_ij = max(a_i + b_j, 0) (n) for target i and source j, made where they
+ * are used: all of them would not fit a cache. a (targets, n), b (sources, n), the bias in one of them. Where a sum is
+ * 0, so is the derivative. */
 #ifndef GNP_CORE_EDGES_H
 #define GNP_CORE_EDGES_H
 

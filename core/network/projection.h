@@ -1,4 +1,5 @@
-/* The projection head: the coefficients of a patch as a learned, regularised L2 projection of its heights onto a basis.
+/* The projection head: the coefficients of a patch as a learned, regularised L2 projection of its heights onto a
+ * basis.
  *
  * The paper projects heights onto Legendre polynomials through a pooled feature (its operator Q). Here the projection itself is exact and the
  * network says how it is made: with heights y_i at the patch's nearest points, nested supports ("shells") S_1, S_2, ... and monomials phi of
@@ -8,7 +9,8 @@
  * the support (it fades outwards) and how smooth the surface is. The penalty is that of an isotropic random surface
  * (regression.h), so the answer turns with the patch. Its inputs: the mean of the trunk's values over nodes of the patch, that carry the
  * residual of a first fit, and a summary of first fits of each nested support. Everything is in units of the patch's in-plane radius, so
- * that scaling a cloud changes nothing. Compare weights and bases learned for local fits: Ben-Shabat & Gould 2020 (DeepFit). */
+ * that scaling a cloud changes nothing. Compare weights and bases learned for local fits: Ben-Shabat & Gould 2020 (DeepFit).
+ */
 #ifndef GNP_CORE_PROJECTION_H
 #define GNP_CORE_PROJECTION_H
 

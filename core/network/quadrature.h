@@ -1,4 +1,4 @@
-/* Which nodes of a patch its integrals are summed over. */
+/* Chooses the nodes of a patch that its integrals are summed over. */
 #ifndef GNP_CORE_QUADRATURE_H
 #define GNP_CORE_QUADRATURE_H
 

@@ -1,12 +1,12 @@
-/* The operator's layers for a batch of patches, up to the mean of the values over each patch: all that heads ask of
- * them.
+/* The trunk of a network: its layers for a batch of patches, up to the mean of the values over each patch, which is
+ * all that heads ask of them.
  *
- * A layer is v_i <- sigma(v_i + mix(z_i)), sigma(x) = max(x, 0) but for the last layer's identity, and the integral z_i
- * is a mean over sources j. `edge`: z_i = mean_j K(x_i, x_j) v_j, the sources being the patch's quadrature points
+ * A layer is v_i <- sigma(v_i + mix(z_i)), sigma(x) = max(x, 0) but for the last layer's identity, and the integral
+ * z_i is a mean over sources j. `edge`: z_i = mean_j K(x_i, x_j) v_j, the sources being the patch's quadrature points
  * (quadrature.h); `separable`: z_i = K2(x_i) mean_j K1(x_j) v_j, all nodes being sources. Kernels are never formed:
- * their last layer is linear, and is contracted with values once a source or once a patch (blocks.h). Two layers of the
- * edge trunk cost little more than their hidden activations: the first, whose values are affine in the features, so
- * that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. */
+ * their last layer is linear, and is contracted with values once a source or once a patch (blocks.h). Two layers of
+ * the edge trunk cost little more than their hidden activations: the first, whose values are affine in the features,
+ * so that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. */
 #ifndef GNP_CORE_TRUNK_H
 #define GNP_CORE_TRUNK_H
 

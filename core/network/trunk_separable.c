@@ -1,3 +1,4 @@
+/* The integral of the trunk `separable`, forward and backward (trunk.h, trunk_parts.h). */
 #include <string.h>
 
 #include "core/linear/linalg.h"

@@ -1,3 +1,4 @@
+/* Draws even samples of a surface, with their exact geometry, noise and outliers (shapes.h). */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* Inside of the analytic surfaces: what a family of shapes provides, and the tools families share.
  *
- * Every family maps parameters, three numbers a point, onto its surface: a direction for surfaces over the sphere, (u, v, 0)
- * for charts, a nearby point in space for implicit surfaces. A triangle mesh of the parameters covers the surface once;
- * it serves to draw candidates in proportion to area and is never part of the exact geometry. */
+ * Every family maps parameters, three numbers a point, onto its surface: a direction for surfaces over the sphere, (u,
+ * v, 0) for charts, a nearby point in space for implicit surfaces. A triangle mesh of the parameters covers the
+ * surface once; it serves to draw candidates in proportion to area and is never part of the exact geometry. */
 #ifndef GNP_CORE_SHAPE_FAMILY_H
 #define GNP_CORE_SHAPE_FAMILY_H
 

@@ -14,9 +14,9 @@ const char *gnp_number_read_json(const char *text, const char *end, double *valu
 
 #define GNP_NUMBER_LENGTH_MAX 32
 
-/* Writes the shortest decimal text (one in a thousand is a digit longer) that reads back as the same value, at most 9 / 17
- * significant digits ("nan", "inf",
- * "-inf" for what is not finite), not NUL-terminated. text has room for GNP_NUMBER_LENGTH_MAX. Returns the length. */
+/* Writes a decimal text that reads back as the same value, usually the shortest such text: at most 9 / 17 significant
+ * digits ("nan", "inf", "-inf" for what is not finite), not NUL-terminated. text has room for GNP_NUMBER_LENGTH_MAX.
+ * Returns the length. */
 size_t gnp_number_write_float(char *text, float value);
 size_t gnp_number_write_double(char *text, double value);
 

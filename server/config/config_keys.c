@@ -83,7 +83,8 @@ static const struct field fields[] = {
 	{"jobs-checkpoint-seconds", SECONDS, FIELD(jobs_checkpoint_seconds), "30", 0, 86400,
 	 "least between two checkpoints of a job; 0: one after every step"},
 	{"log-format", CHOICE, FIELD(log_format), "text", 0, 0, "text or json"},
-	{"log-level", CHOICE, FIELD(log_level), "info", 0, 0, "error, warning, info or debug: what is no less grave is logged"},
+	{"log-level", CHOICE, FIELD(log_level), "info", 0, 0,
+	 "error, warning, info or debug: messages of this level and above are logged"},
 	{"access-log", FLAG, FIELD(access_log), "true", 0, 0, "a log line for each request"},
 };
 enum { FIELDS = sizeof fields / sizeof fields[0] };

@@ -281,7 +281,8 @@ static gnp_status check_record(const struct gnpd_job_record *record, const bool 
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state %s, finished %" PRId64, gnpd_job_state_name(record->state),
 		                     record->finished);
 	if (gnpd_job_state_is_final(record->state) && record->cancelled)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state %s, and its end is asked for", gnpd_job_state_name(record->state));
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state %s, and it is to be cancelled",
+		                     gnpd_job_state_name(record->state));
 	if (record->state == GNPD_JOB_SUCCEEDED && (!*record->result_hash || !*record->result_type))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "record: state succeeded without a result");
 	if (record->state == GNPD_JOB_FAILED && record->error == GNP_OK)

@@ -1,5 +1,5 @@
-/* A unit of work: a call of an operation from its encoded body to its encoded answer, whoever asked for it. A request holds one, and
- * so does a job while it runs; neither the codecs nor the way through the operation know which. */
+/* A unit of work: a call of an operation from its encoded body to its encoded answer, whoever asked for it. A request
+ * holds one, and so does a job while it runs; neither the codecs nor the way through the operation know which. */
 #ifndef GNPD_WORK_H
 #define GNPD_WORK_H
 

@@ -30,7 +30,7 @@ def ended(server, key, job):
 
 
 def expect_hidden(server, job):
-    """Another's job is as little there as one that is not, in every verb."""
+    """In every verb somebody else's job answers like one that does not exist."""
     nowhere = "0123456789abcdef0123456789abcd"
     for method, path in (("GET", "/v1/jobs/%s"), ("GET", "/v1/jobs/%s/result"), ("GET", "/v1/jobs/%s/events"), ("DELETE", "/v1/jobs/%s")):
         answers = [server.request(method, path % name, headers=bearer(BOB)) for name in (job, nowhere)]

@@ -1,8 +1,9 @@
 /* The loop that trains a network: batches of patches, their loss, its gradient, a step of Adam.
  *
- * A batch is cut into micro-batches of fixed size, each from one cloud, which workers take one at a time; their gradients are
- * added in the order of the micro-batches. So a step gives the same bytes whatever the number of workers, and, since random
- * numbers and clouds follow from the seed and the step, going on from a checkpoint gives the same as never having stopped. */
+ * A batch is cut into micro-batches of fixed size, each from one cloud, which workers take one at a time; their
+ * gradients are added in the order of the micro-batches. So a step gives the same bytes whatever the number of
+ * workers, and, since random numbers and clouds follow from the seed and the step, going on from a checkpoint gives
+ * the same as never having stopped. */
 #ifndef GNP_WEIGHTS_TRAIN_H
 #define GNP_WEIGHTS_TRAIN_H
 

@@ -1,4 +1,5 @@
-/* A training from beginning to end: steps, lines on what they do, checkpoints, watched shapes, the history and its picture. */
+/* A training from beginning to end: steps, lines on what they do, checkpoints, watched shapes, the history and its
+ * picture. */
 #ifndef GNP_WEIGHTS_TRAIN_RUN_H
 #define GNP_WEIGHTS_TRAIN_RUN_H
 

@@ -1,4 +1,5 @@
-/* How well a network in training does on shapes it is not trained on: the columns of the paper's table, at the centres of patches.
+/* How well a network in training does on shapes it is not trained on: the columns of the paper's table, at the centres
+ * of patches.
  *
  * The protocol's judge has the last word; this is its quick relative: the same errors (score.h) on other shapes. */
 #ifndef GNP_WEIGHTS_TRAIN_WATCH_H

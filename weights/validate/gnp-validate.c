@@ -1,4 +1,5 @@
-/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1, and solutions of the Laplace-Beltrami PDE by its Table 2, and prints them beside what the paper printed. */
+/* gnp-validate: judges every estimator, the learned one with the weights of each regime, by the paper's Table 1, and
+ * solutions of the Laplace-Beltrami PDE by its Table 2, and prints them beside what the paper printed. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

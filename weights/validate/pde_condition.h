@@ -1,4 +1,4 @@
-/* How ill-conditioned the square system of a cloud is. */
+/* Estimates how ill-conditioned the square system of a cloud is. */
 #ifndef GNP_WEIGHTS_PDE_CONDITION_H
 #define GNP_WEIGHTS_PDE_CONDITION_H
 

@@ -1,5 +1,5 @@
-/* Poisson problems with known solutions on analytic clouds: u = U restricted to the surface, U a random Fourier series
- * in space, for which Delta u = lap U - n^T Hess(U) n + 2 H (n . grad U) with the signs of shapes.h. */
+/* Makes Poisson problems with known solutions on analytic clouds: u = U restricted to the surface, U a random Fourier
+ * series in space, for which Delta u = lap U - n^T Hess(U) n + 2 H (n . grad U) with the signs of shapes.h. */
 #ifndef GNP_WEIGHTS_PDE_TRUTH_H
 #define GNP_WEIGHTS_PDE_TRUTH_H
 

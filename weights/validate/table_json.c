@@ -1,3 +1,4 @@
+/* Writes the table of errors as JSON (table.h). */
 #include <inttypes.h>
 #include <math.h>
 

@@ -1,3 +1,4 @@
+/* Writes the table of errors as text and as Markdown (table.h). */
 #include <inttypes.h>
 #include <string.h>
 

@@ -139,7 +139,7 @@ static void lines_are_checked(void)
 		{GOOD "finished 5\nerror ok\nresult_bytes 0\n", "state queued, finished 5"},
 		{GOOD REST "cancelled 0\n", "value that is none"},
 		{GOOD REST "cancelled 1\ncancelled 1\n", "was there before"},
-		{OVER "cancelled 1\n", "state cancelled, and its end is asked for"},
+		{OVER "cancelled 1\n", "state cancelled, and it is to be cancelled"},
 	};
 	CHECK(parse_lines(GOOD REST, NULL) == GNP_OK && parse_lines(GOOD REST "cancelled 1\n", NULL) == GNP_OK && parse_lines(OVER, NULL) == GNP_OK);
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
