@@ -31,17 +31,21 @@
 #include "core/equations/poisson.h"
 #include "core/equations/spectrum.h"
 #include "core/estimate/estimate.h"
+#include "core/estimate/estimate_options.h"
 #include "core/estimate/filter.h"
 #include "core/fit/quantity.h"
 #include "core/flow/flow.h"
+#include "core/flow/flow_options.h"
+#include "core/flow/flow_result.h"
 #include "core/model/model.h"
 #include "core/model/models.h"
 #include "core/operators/collocation.h"
 #include "core/operators/laplacian.h"
 #include "core/shapes/shapes.h"
 
-/* Once, before anything else and before other threads begin. Keeps OpenBLAS, which the library calls from the threads of its pool, to the thread that
- * calls it: for the whole process. With OPENBLAS_NUM_THREADS=1 in the environment its threads do not even begin. */
+/* Once, before anything else and before other threads begin. Keeps OpenBLAS, which the library calls from the threads of
+ * its pool, to the thread that calls it: for the whole process. With OPENBLAS_NUM_THREADS=1 in the environment its
+ * threads do not even begin. */
 void gnp_init(void);
 
 /* The version of the library that runs; GNP_VERSION is that of the header a program was built with. */
