@@ -200,11 +200,13 @@ gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_mo
 /* The shortest text that reads back the same. */
 static void write_number(double value, char text[GNP_MODEL_VALUE_TEXT])
 {
+	char shortest[GNP_MODEL_VALUE_TEXT];
 	for (int digits = 15; digits <= 17; digits++) {
-		snprintf(text, GNP_MODEL_VALUE_TEXT, "%.*g", digits, value);
-		if (strtod(text, NULL) == value)
-			return;
+		snprintf(shortest, sizeof shortest, "%.*g", digits, value);
+		if (strtod(shortest, NULL) == value)
+			break;
 	}
+	memcpy(text, shortest, sizeof shortest);
 }
 
 /* False when the description has no value for the key. */
