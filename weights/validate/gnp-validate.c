@@ -9,12 +9,13 @@
 #include "clients/session.h"
 #include "core/base/names.h"
 #include "weights/validate/pde_table.h"
+#include "weights/validate/real_command.h"
 #include "weights/validate/validation.h"
 
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
-	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown)"},
+	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown); real: normals on meshes and scans"},
 	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
@@ -23,6 +24,12 @@ static const struct gnp_option options[] = {
 	{"centres", 0, "N", "centres a cloud"},
 	{"points", 0, "N", "points a cloud (100000)"},
 	{"workers", 0, "N", "threads (as many as there are cores)"},
+	{"meshes", 0, "DIR", "table real: folder that deploy/fetch-meshes.sh filled"},
+	{"peers", 0, "DIR", "table real: folder of programs of others to judge beside ours (none)"},
+	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
+	{"only", 0, "LIST", "table real: these meshes alone"},
+	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
+	{"ablate", 0, NULL, "tables 1 and real: each model with its trunk removed or random and with constant outputs, too"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
 	{"markdown", 0, "FILE", "write the table as Markdown"},
 	{"help", 0, NULL, "this text"},
@@ -252,6 +259,8 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 {
 	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "2") == 0)
 		return validate_pde(arguments, error);
+	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "real") == 0)
+		return gnp_real_command(arguments, error);
 	struct plan plan;
 	struct gnp_table table;
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
