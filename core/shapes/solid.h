@@ -2,7 +2,7 @@
  *
  * A body is drawn from its kind's family by the seed, its proportions in terms of the spacing of the points wanted (a fillet of
  * three spacings, a gap of two), so that what is rare on real surfaces is frequent here: a good share of the points is within six
- * spacings of a crease, a rim, another sheet or a tip. It is turned at random and its bounding box's diagonal is 1 to 2.
+ * spacings of a crease, a rim, another sheet or a tip. The diagonal of its bounding box is 1 to 2; then it is turned at random.
  * Signs are those of shapes.h. */
 #ifndef GNP_CORE_SOLID_H
 #define GNP_CORE_SOLID_H
@@ -56,7 +56,7 @@ const char *gnp_solid_sampling_name(int sampling);
 struct gnp_solid_options {
 	uint64_t seed; /* of the body, its pose and size, and its sampling */
 	int kind;      /* enum gnp_solid_kind */
-	size_t count;  /* points wanted, exactly; 16 to 10^7 */
+	size_t count;  /* points wanted, exactly; 16 to 10^6 */
 	int sampling;  /* enum gnp_solid_sampling */
 };
 
