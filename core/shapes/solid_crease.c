@@ -32,8 +32,6 @@ static gnp_status list_add(struct list *list, const double middle[3], const doub
 	struct gnp_solid_stroke *stroke = &list->stroke[list->count++];
 	memcpy(stroke->middle, middle, sizeof stroke->middle);
 	memcpy(stroke->half, half, sizeof stroke->half);
-	stroke->reach = sqrt(gnp_dot(half, half));
-	stroke->axis = 0;
 	return GNP_OK;
 }
 
@@ -213,18 +211,23 @@ static gnp_status crossings_cover(const struct gnp_solid_body *body, double spac
 
 /* ---- The tree ---- */
 
-static int widest_axis(const struct gnp_solid_stroke *stroke, size_t count)
+/* Bounds of whole strokes, which the middle one of them gets; the axis along which they reach farthest. */
+static int bound(struct gnp_solid_stroke *stroke, size_t count)
 {
-	double low[3], high[3];
-	memcpy(low, stroke->middle, sizeof low);
-	memcpy(high, stroke->middle, sizeof high);
-	for (size_t i = 1; i < count; i++)
-		for (int c = 0; c < 3; c++) {
-			low[c] = fmin(low[c], stroke[i].middle[c]);
-			high[c] = fmax(high[c], stroke[i].middle[c]);
+	int widest = 0;
+	double width[3];
+	for (int c = 0; c < 3; c++) {
+		double low = INFINITY, high = -INFINITY;
+		for (size_t i = 0; i < count; i++) {
+			low = fmin(low, stroke[i].middle[c] - fabs(stroke[i].half[c]));
+			high = fmax(high, stroke[i].middle[c] + fabs(stroke[i].half[c]));
 		}
-	int axis = high[1] - low[1] > high[0] - low[0];
-	return high[2] - low[2] > high[axis] - low[axis] ? 2 : axis;
+		stroke[count / 2].low[c] = low;
+		stroke[count / 2].high[c] = high;
+		width[c] = high - low;
+		widest = width[c] > width[widest] ? c : widest;
+	}
+	return widest;
 }
 
 static void stroke_swap(struct gnp_solid_stroke *a, struct gnp_solid_stroke *b)
@@ -258,42 +261,64 @@ static void split_at(struct gnp_solid_stroke *stroke, size_t count, size_t k, in
 	}
 }
 
+enum { LEAF = 6 };
+
+/* The middle stroke carries the bounds of all; what is before and after it is split further. */
 static void tree_make(struct gnp_solid_stroke *stroke, size_t count)
 {
-	while (count > 1) {
+	while (count > LEAF) {
 		size_t middle = count / 2;
-		int axis = widest_axis(stroke, count);
-		split_at(stroke, count, middle, axis);
-		stroke[middle].axis = axis;
+		split_at(stroke, count, middle, bound(stroke, count));
+		bound(stroke, count);
 		tree_make(stroke, middle);
 		stroke += middle + 1;
 		count -= middle + 1;
 	}
+	if (count)
+		bound(stroke, count);
 }
 
+/* Squared. */
 static double stroke_distance(const struct gnp_solid_stroke *stroke, const double x[3])
 {
 	double d[3] = {x[0] - stroke->middle[0], x[1] - stroke->middle[1], x[2] - stroke->middle[2]};
-	double square = stroke->reach * stroke->reach, t = square > 0 ? gnp_dot(d, stroke->half) / square : 0;
+	double square = gnp_dot(stroke->half, stroke->half), t = square > 0 ? gnp_dot(d, stroke->half) / square : 0;
 	t = fmin(1, fmax(-1, t));
 	for (int i = 0; i < 3; i++)
 		d[i] -= t * stroke->half[i];
-	return sqrt(gnp_dot(d, d));
+	return gnp_dot(d, d);
 }
 
-static void nearest(const struct gnp_solid_stroke *stroke, size_t count, double reach, const double x[3], double *best)
+/* Squared, to the bounds of count strokes. */
+static double bounds_distance(const struct gnp_solid_stroke *stroke, size_t count, const double x[3])
 {
-	while (count) {
-		size_t middle = count / 2;
-		const struct gnp_solid_stroke *here = stroke + middle, *after = here + 1;
-		double offset = x[here->axis] - here->middle[here->axis], distance = stroke_distance(here, x);
-		bool below = offset < 0;
-		*best = distance < *best ? distance : *best;
-		nearest(below ? stroke : after, below ? middle : count - middle - 1, reach, x, best);
-		if (fabs(offset) - reach >= *best)
-			return;
-		stroke = below ? after : stroke;
-		count = below ? count - middle - 1 : middle;
+	double sum = 0;
+	if (!count)
+		return INFINITY;
+	stroke += count / 2;
+	for (int c = 0; c < 3; c++) {
+		double d = fmax(0, fmax(stroke->low[c] - x[c], x[c] - stroke->high[c]));
+		sum += d * d;
+	}
+	return sum;
+}
+
+/* best: squared. */
+static void nearest(const struct gnp_solid_stroke *stroke, size_t count, const double x[3], double *best)
+{
+	if (count <= LEAF) {
+		for (size_t i = 0; i < count; i++)
+			*best = fmin(*best, stroke_distance(&stroke[i], x));
+		return;
+	}
+	size_t before = count / 2, after = count - before - 1;
+	double near = bounds_distance(stroke, before, x), far = bounds_distance(stroke + before + 1, after, x);
+	bool swapped = far < near;
+	*best = fmin(*best, stroke_distance(&stroke[before], x));
+	for (int turn = 0; turn < 2; turn++) {
+		bool second = swapped != (turn == 1);
+		if ((second ? far : near) < *best)
+			nearest(second ? stroke + before + 1 : stroke, second ? after : before, x, best);
 	}
 }
 
@@ -314,8 +339,6 @@ gnp_status gnp_solid_creases_create(const struct gnp_solid_body *body, double sp
 	}
 	tree_make(all.stroke, all.count);
 	*out = (struct gnp_solid_creases){.count = all.count, .stroke = all.stroke};
-	for (size_t i = 0; i < all.count; i++)
-		out->reach = fmax(out->reach, all.stroke[i].reach);
 	return GNP_OK;
 }
 
@@ -328,6 +351,6 @@ void gnp_solid_creases_clear(struct gnp_solid_creases *creases)
 double gnp_solid_creases_distance(const struct gnp_solid_creases *creases, const double x[3])
 {
 	double best = INFINITY;
-	nearest(creases->stroke, creases->count, creases->reach, x, &best);
-	return best;
+	nearest(creases->stroke, creases->count, x, &best);
+	return sqrt(best);
 }

@@ -12,15 +12,14 @@
 
 /* The points within half of either side of the middle. */
 struct gnp_solid_stroke {
-	double middle[3], half[3], reach; /* reach: length of half */
-	int axis;                         /* which the tree splits by here */
+	double middle[3], half[3];
+	double low[3], high[3]; /* the tree's: bounds of the strokes that this one is in the middle of */
 };
 
 /* Owned; freed by gnp_solid_creases_clear. */
 struct gnp_solid_creases {
 	size_t count;
-	double reach; /* the longest of them */
-	struct gnp_solid_stroke *stroke; /* (count) a balanced tree: the middle one splits what is before from what is after */
+	struct gnp_solid_stroke *stroke; /* (count) a balanced tree: the middle one is the root, its children what is before and after */
 };
 
 /* spacing: of the points to be judged; seed: of the draws. On failure *out is unchanged. */
