@@ -94,21 +94,18 @@ static void pose_make(const struct gnp_solid_options *options, const struct gnp_
 
 /* ---- The choice among the draws ---- */
 
-/* Blue noise; in rows only those of one row see each other, since the reach is twice the spacing in a row. */
+/* Blue noise. */
 static gnp_status choose_even(struct making *making, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_solid_draws *draws = &making->draws;
-	size_t count = making->options->count;
-	double area = making->area;
 	float *places = gnp_array_new(draws->count, 3 * sizeof *places);
 	if (!places)
 		return gnp_no_memory("solid", draws->count, "candidates", error);
 	for (size_t i = 0; i < draws->count; i++)
 		for (int c = 0; c < 3; c++)
 			places[3 * i + (size_t)c] = (float)draws->draw[i].x[c];
-	if (draws->row_step > 0)
-		area = 2 * sqrt(3) * (double)count * draws->row_step * draws->row_step;
-	gnp_status status = gnp_eliminate(places, draws->count, count, area, pool, task, making->chosen, error);
+	gnp_status status =
+		gnp_eliminate(places, draws->count, making->options->count, making->area, pool, task, making->chosen, error);
 	free(places);
 	return status;
 }
@@ -119,8 +116,10 @@ static gnp_status choose(struct making *making, struct gnp_pool *pool, struct gn
 	making->chosen = gnp_array_new(count, sizeof *making->chosen);
 	if (!making->chosen)
 		return gnp_no_memory("solid", count, "points", error);
-	if (gnp_solid_draws_are_spread(making->options->sampling))
+	if (making->options->sampling == GNP_SOLID_EVEN)
 		return choose_even(making, pool, task, error);
+	if (making->options->sampling == GNP_SOLID_LINES)
+		return gnp_solid_draws_thin_rows(&making->draws, count, making->chosen, error);
 	for (size_t i = 0; i < count; i++) /* they are independent of each other */
 		making->chosen[i] = (uint32_t)i;
 	return GNP_OK;

@@ -19,7 +19,6 @@ struct pattern {
 	double direction[2][3]; /* of rows: across them, and for faces that the first looks along; else along [0] the density changes */
 	double phase[2];        /* of rows and stripes, in periods */
 	double period;          /* of rows and stripes */
-	double row_step;
 	double low, extent;     /* of the body along the direction */
 	double least;           /* density, as a part of the greatest */
 };
@@ -76,9 +75,68 @@ static bool row_move(const struct pattern *pattern, const struct gnp_solid_face 
 	    !gnp_solid_face_locate(face, draw->x, draw->p))
 		return false;
 	gnp_solid_face_point(face, draw->p, draw->x);
+	draw->row = 2 * row + way;
+	draw->along = gnp_dot(pattern->direction[!way], draw->x);
 	for (int i = 0; i < 3; i++)
 		moved += (draw->x[i] - start[i]) * (draw->x[i] - start[i]);
 	return moved <= FAR * FAR * pattern->period * pattern->period;
+}
+
+static int draw_compare(const void *a, const void *b)
+{
+	const struct gnp_solid_draw *p = a, *q = b;
+	if (p->row != q->row)
+		return p->row < q->row ? -1 : 1;
+	return gnp_double_compare(&p->along, &q->along);
+}
+
+/* Walks along the rows and leaves out what is nearer than step to one of its row taken before; returns how many are taken. A
+ * step along a row is no shorter than what it adds to `along`. */
+static size_t rows_walk(const struct gnp_solid_draws *draws, double step, uint32_t *taken)
+{
+	size_t made = 0;
+	for (size_t i = 0; i < draws->count; i++) {
+		const struct gnp_solid_draw *here = &draws->draw[i];
+		bool free_place = true;
+		for (size_t t = made; free_place && t-- > 0;) {
+			const struct gnp_solid_draw *other = &draws->draw[taken[t]];
+			const double d[3] = {here->x[0] - other->x[0], here->x[1] - other->x[1], here->x[2] - other->x[2]};
+			if (other->row != here->row || here->along - other->along >= step)
+				break;
+			free_place = gnp_dot(d, d) >= step * step;
+		}
+		if (free_place)
+			taken[made++] = (uint32_t)i;
+	}
+	return made;
+}
+
+/* The longest step that leaves enough, by bisection; what is too many is left out evenly. */
+gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen, struct gnp_error *error)
+{
+	enum { HALVINGS = 20 };
+	double low = 0, high = 0;
+	uint32_t *taken = gnp_array_new(draws->count, sizeof *taken);
+	if (!taken)
+		return gnp_no_memory("solid", draws->count, "candidates", error);
+	qsort(draws->draw, draws->count, sizeof *draws->draw, draw_compare);
+	for (size_t i = 1; i < draws->count; i++)
+		high = fmax(high, fabs(draws->draw[i].along - draws->draw[i - 1].along));
+	for (int i = 0; i < HALVINGS && rows_walk(draws, high, taken) >= wanted; i++)
+		high *= 2;
+	for (int i = 0; i < HALVINGS; i++) {
+		double middle = (low + high) / 2;
+		if (rows_walk(draws, middle, taken) >= wanted)
+			low = middle;
+		else
+			high = middle;
+	}
+	size_t made = rows_walk(draws, low, taken);
+	for (size_t i = 0, kept = 0; i < made; i++)
+		if ((i + 1) * wanted / made > kept)
+			chosen[kept++] = taken[i];
+	free(taken);
+	return GNP_OK;
 }
 
 /* ---- Density ---- */
@@ -191,7 +249,6 @@ static void rows_draw(struct drawing *drawing, const struct gnp_solid_survey *su
 		struct pattern *pattern = &drawing->pattern;
 		directions_draw(pattern, survey, random);
 		pattern->period = spacing * sqrt(ratio);
-		pattern->row_step = spacing / sqrt(ratio);
 		double share = share_try(drawing);
 		if (share > best) {
 			best = share;
@@ -256,6 +313,6 @@ gnp_status gnp_solid_draws_create(const struct gnp_solid_body *body, const struc
 		free(drawing.draw);
 		return status;
 	}
-	*out = (struct gnp_solid_draws){kept, drawing.draw, drawing.pattern.row_step};
+	*out = (struct gnp_solid_draws){kept, drawing.draw};
 	return GNP_OK;
 }

@@ -11,6 +11,7 @@
 struct gnp_solid_draw {
 	double x[3], p[2]; /* body coordinates; parameters on the face */
 	int face, side;    /* side: gnp_solid_body_side */
+	double row, along; /* of scan lines: number of the row, how far along it roughly */
 };
 
 /* What many draws show of a body: the share of them that is on it, its area, its bounds. */
@@ -22,7 +23,6 @@ struct gnp_solid_survey {
 struct gnp_solid_draws {
 	size_t count; /* as many as points are wanted; several times as many where the sampling is spread */
 	struct gnp_solid_draw *draw;
-	double row_step; /* of scan rows: distance of points in a row; else 0 */
 };
 
 void gnp_solid_draws_survey(const struct gnp_solid_body *body, uint64_t seed, struct gnp_solid_survey *survey);
@@ -35,5 +35,9 @@ gnp_status gnp_solid_draws_create(const struct gnp_solid_body *body, const struc
                                   const struct gnp_solid_survey *survey, struct gnp_pool *pool, struct gnp_task *task,
                                   struct gnp_solid_draws *out, struct gnp_error *error);
 void gnp_solid_draws_clear(struct gnp_solid_draws *draws);
+
+/* Of scan lines: thins each row to steps as even as draws allow. chosen (wanted): of the draws, which are put in order of rows;
+ * wanted <= draws->count. On failure chosen is undefined. */
+gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen, struct gnp_error *error);
 
 #endif
