@@ -8,6 +8,7 @@
 #include "clients/program.h"
 #include "clients/session.h"
 #include "core/base/names.h"
+#include "weights/validate/ablation_table.h"
 #include "weights/validate/pde_table.h"
 #include "weights/validate/real_command.h"
 #include "weights/validate/validation.h"
@@ -134,14 +135,23 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	return status;
 }
 
-static gnp_status run_plan(const struct plan *plan, struct gnp_table *table, struct gnp_error *error)
+/* Table 1, and where it was asked for that of altered models. */
+struct judged {
+	struct gnp_table table;
+	struct gnp_ablation_table ablation;
+	bool ablated;
+};
+
+static gnp_status run_plan(const struct plan *plan, struct judged *judged, struct gnp_error *error)
 {
 	struct gnp_session session;
 	gnp_status status = gnp_session_open(&session, (unsigned)plan->workers, error);
 	if (status != GNP_OK)
 		return status;
 	atomic_store(&session.progress.phase, "validate");
-	status = gnp_validation_run(table, session.pool, &session.task, error);
+	status = gnp_validation_run(&judged->table, session.pool, &session.task, error);
+	if (status == GNP_OK && judged->ablated)
+		status = gnp_ablation_table_run(&judged->table, session.pool, &session.task, &judged->ablation, error);
 	gnp_session_close(&session);
 	return status;
 }
@@ -151,12 +161,15 @@ typedef void (*write_fn)(const void *table, FILE *out);
 
 static void write_json(const void *table, FILE *out)
 {
-	gnp_table_write_json(table, out);
+	gnp_table_write_json(&((const struct judged *)table)->table, out);
 }
 
 static void write_markdown(const void *table, FILE *out)
 {
-	gnp_table_write_markdown(table, out);
+	const struct judged *judged = table;
+	gnp_table_write_markdown(&judged->table, out);
+	if (judged->ablated)
+		gnp_ablation_table_write_markdown(&judged->ablation, out);
 }
 
 static void write_pde_markdown(const void *table, FILE *out)
@@ -217,7 +230,7 @@ static gnp_status open_table(const struct gnp_arguments *arguments, struct plan 
 
 static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct gnp_pde_plan *plan, uint64_t *workers, struct gnp_error *error)
 {
-	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json"};
+	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json", "ablate"};
 	*plan = gnp_arguments_has(arguments, "quick") ? gnp_pde_plan_quick() : gnp_pde_plan_full();
 	uint64_t points = plan->points;
 	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
@@ -262,20 +275,22 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "real") == 0)
 		return gnp_real_command(arguments, error);
 	struct plan plan;
-	struct gnp_table table;
+	struct judged judged = {.ablated = gnp_arguments_has(arguments, "ablate")};
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
-	gnp_status status = open_table(arguments, &plan, &table, error);
+	gnp_status status = open_table(arguments, &plan, &judged.table, error);
 	if (status != GNP_OK)
 		return gnp_exit_of(status, false);
-	status = run_plan(&plan, &table, error);
+	status = run_plan(&plan, &judged, error);
 	if (status == GNP_OK)
-		gnp_table_write_text(&table, stdout);
+		gnp_table_write_text(&judged.table, stdout);
+	if (status == GNP_OK && judged.ablated)
+		gnp_ablation_table_write_text(&judged.ablation, stdout);
 	if (status == GNP_OK)
-		status = save(arguments, "json", write_json, &table, error);
+		status = save(arguments, "json", write_json, &judged, error);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", write_markdown, &table, error);
-	gnp_table_clear(&table);
+		status = save(arguments, "markdown", write_markdown, &judged, error);
+	gnp_table_clear(&judged.table);
 	if (status == GNP_OK && fflush(stdout) != 0)
 		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");
 	return gnp_exit_of(status, false);

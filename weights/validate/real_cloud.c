@@ -17,6 +17,7 @@ void gnp_real_cloud_clear(struct gnp_real_cloud *cloud)
 	free(cloud->points);
 	free(cloud->normals);
 	free(cloud->mean_curvature);
+	free(cloud->unjudged);
 	free(cloud->centres);
 	*cloud = (struct gnp_real_cloud){0};
 }
@@ -47,20 +48,22 @@ uint64_t gnp_real_cloud_seed(const char *name)
 gnp_status gnp_real_cloud_choose(struct gnp_real_cloud *cloud, size_t most, uint64_t seed, struct gnp_error *error)
 {
 	struct gnp_random random;
-	cloud->centre_count = most == 0 || most > cloud->count ? cloud->count : most;
+	size_t count = 0;
 	cloud->centres = gnp_array_new(cloud->count, sizeof *cloud->centres);
 	if (!cloud->centres)
 		return gnp_no_memory("cloud", cloud->count, "centres", error);
 	for (size_t i = 0; i < cloud->count; i++)
-		cloud->centres[i] = (uint32_t)i;
+		if (!cloud->unjudged || !cloud->unjudged[i])
+			cloud->centres[count++] = (uint32_t)i;
+	cloud->centre_count = most == 0 || most > count ? count : most;
 	gnp_random_seed(&random, seed, STREAM_CENTRES);
-	for (size_t i = 0; i < cloud->centre_count && cloud->centre_count < cloud->count; i++) {
-		size_t j = i + (size_t)gnp_random_below(&random, cloud->count - i);
+	for (size_t i = 0; i < cloud->centre_count && cloud->centre_count < count; i++) {
+		size_t j = i + (size_t)gnp_random_below(&random, count - i);
 		uint32_t other = cloud->centres[j];
 		cloud->centres[j] = cloud->centres[i];
 		cloud->centres[i] = other;
 	}
-	return GNP_OK;
+	return count > 0 ? GNP_OK : gnp_error_set(error, GNP_INVALID_ARGUMENT, "cloud: none of its %zu points may be judged", cloud->count);
 }
 
 /* ---- Samples ---- */

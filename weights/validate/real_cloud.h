@@ -13,6 +13,7 @@ struct gnp_real_cloud {
 	double *points;         /* (count, 3) [length] */
 	double *normals;        /* (count, 3) the truth: unit, outward */
 	double *mean_curvature; /* (count) the truth; NULL: not known */
+	unsigned char *unjudged; /* (count) 1: never a centre; NULL: none is that */
 	size_t centre_count;
 	uint32_t *centres;      /* (centre_count) the points judged */
 };
@@ -24,7 +25,8 @@ gnp_status gnp_real_cloud_create(size_t count, struct gnp_real_cloud *out, struc
 /* The seed of what has a name: in the range GNP_SEED_REAL of the protocol, the same wherever the name stands in a list. */
 uint64_t gnp_real_cloud_seed(const char *name);
 
-/* The points that are judged: all when most is 0 or the count is not above it, else `most` drawn at random. Once a cloud. */
+/* The points that are judged: of those that may be, all when most is 0 or they are not more than it, else `most` drawn at random. Once a
+ * cloud. GNP_INVALID_ARGUMENT: there are none. */
 gnp_status gnp_real_cloud_choose(struct gnp_real_cloud *cloud, size_t most, uint64_t seed, struct gnp_error *error);
 
 /* stripes: twenty across the box's longest side, every other one with a tenth of the points; gradient: falls along that side to a tenth,

@@ -174,11 +174,12 @@ static gnp_status take_meshes(struct run *run, struct gnp_error *error)
 static gnp_status take_bodies(struct run *run, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
-	for (size_t i = 0; gnp_real_body_name(i) && status == GNP_OK; i++) {
+	struct gnp_real_body_name name;
+	for (size_t i = 0; gnp_real_body_name(i, &name) && status == GNP_OK; i++) {
 		struct gnp_real_cloud cloud;
 		status = gnp_real_body_make(i, run->pool, &cloud, error);
 		if (status == GNP_OK)
-			status = take_cloud(run, GNP_REAL_BODIES, gnp_real_body_name(i), "exact", &cloud, error);
+			status = take_cloud(run, GNP_REAL_BODIES, name.surface, name.sampling, &cloud, error);
 	}
 	return status;
 }

@@ -60,5 +60,5 @@ double gnp_real_score_curvature(const double *truth, const double *truth_curvatu
 		error += (side * curvature[i] - wanted) * (side * curvature[i] - wanted);
 		size += wanted * wanted;
 	}
-	return sqrt(error / size);
+	return size > 0 ? sqrt(error / size) : NAN;
 }

@@ -26,7 +26,8 @@ struct gnp_real_score gnp_real_score_none(void);
 gnp_status gnp_real_score_normals(const double *truth, const uint32_t *at, size_t count, const double *normals, struct gnp_real_score *out,
                                   struct gnp_error *error);
 
-/* The relative error of mean curvatures estimated (count) at the same points, whose sign goes with the side of normals. */
+/* The relative error of mean curvatures estimated (count) at the same points, whose sign goes with the side of normals; NAN where the truth
+ * is 0 throughout. */
 double gnp_real_score_curvature(const double *truth, const double *truth_curvature, const uint32_t *at, size_t count, const double *normals,
                                 const double *curvature);
 

@@ -7,7 +7,7 @@
 static const char *const names[GNP_REAL_SECTIONS] = {"samples", "vertices", "bodies", "scans"};
 static const char *const titles[GNP_REAL_SECTIONS] = {
 	"Samples on the triangles of meshes", "Vertices of meshes", "Exact bodies and open patches", "Scan lines and a spinning lidar"};
-static const double ANGLE_LEAST = 1e-3; /* degrees; smaller ones are equal */
+static const double ANGLE_LEAST = 0.1; /* degrees; smaller ones are equal */
 
 const char *gnp_real_section_name(unsigned section)
 {

@@ -66,7 +66,7 @@ const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *t
 /* The contender of a name; contender_count when there is none. */
 size_t gnp_real_table_find(const struct gnp_real_table *table, const char *name);
 
-/* One contender over the rows of a section. Ratios are of figures, none of which counts as below a thousandth of a degree. */
+/* One contender over the rows of a section. Ratios are of figures, none of which counts as below a tenth of a degree. */
 struct gnp_real_summary {
 	size_t rows;
 	double ratio;     /* mean of its figure over that of the best PCA */

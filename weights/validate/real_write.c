@@ -93,10 +93,11 @@ static void write_cloud(const struct gnp_real_table *table, const struct gnp_rea
 		if (!is_whole(table, c))
 			continue;
 		size_t variant = gnp_real_table_variant(table, row, c);
-		fputs(style->between, out);
-		write_angle(gnp_real_table_figure(row, c, variant), out);
+		char text[32];
+		int length = snprintf(text, sizeof text, "%.2f", gnp_real_table_figure(row, c, variant));
 		if (table->contenders[c].k)
-			fprintf(out, " (%u)", table->contenders[c].k[variant]);
+			snprintf(text + length, sizeof text - (size_t)length, " (%u)", table->contenders[c].k[variant]);
+		fprintf(out, "%s%11s", style->between, text);
 	}
 	fprintf(out, "%s\n", style->end);
 }
@@ -107,7 +108,7 @@ static void write_clouds(const struct gnp_real_table *table, enum gnp_real_secti
 	fprintf(out, "%s%-18s%s%-18s%s%7s", style->begin, "cloud", style->between, "sampling", style->between, "points");
 	for (size_t c = 0; c < table->contender_count; c++)
 		if (is_whole(table, c)) {
-			fprintf(out, "%s%6s", style->between, table->contenders[c].name);
+			fprintf(out, "%s%11s", style->between, table->contenders[c].name);
 			columns++;
 		}
 	fprintf(out, "%s\n", style->end);
@@ -118,25 +119,33 @@ static void write_clouds(const struct gnp_real_table *table, enum gnp_real_secti
 	fputc('\n', out);
 }
 
+static void write_curvature(double error, const struct style *style, FILE *out)
+{
+	if (isnan(error))
+		fprintf(out, "%s%11s", style->between, "-");
+	else
+		fprintf(out, "%s%11.2e", style->between, error);
+}
+
 /* Errors of mean curvature, where it is known. */
 static void write_curvatures(const struct gnp_real_table *table, const struct style *style, FILE *out)
 {
-	fprintf(out, "%s%-34s", style->begin, "relative error of H");
+	fprintf(out, "%s%-18s%s%-18s", style->begin, "relative error of H", style->between, "sampling");
 	size_t columns = 0;
 	for (size_t c = 0; c < table->contender_count; c++)
 		if (is_whole(table, c) && table->contenders[c].kind == GNP_REAL_ESTIMATOR) {
-			fprintf(out, "%s%8s", style->between, table->contenders[c].name);
+			fprintf(out, "%s%11s", style->between, table->contenders[c].name);
 			columns++;
 		}
 	fprintf(out, "%s\n", style->end);
-	write_rule(style, 1, columns, out);
+	write_rule(style, 2, columns, out);
 	for (size_t r = 0; r < table->row_count; r++) {
 		if (table->rows[r].section != GNP_REAL_BODIES)
 			continue;
-		fprintf(out, "%s%-34s", style->begin, table->rows[r].cloud);
+		fprintf(out, "%s%-18s%s%-18s", style->begin, table->rows[r].cloud, style->between, table->rows[r].variant);
 		for (size_t c = 0; c < table->contender_count; c++)
 			if (is_whole(table, c) && table->contenders[c].kind == GNP_REAL_ESTIMATOR)
-				fprintf(out, "%s%8.2e", style->between, table->rows[r].scores[c][0].curvature);
+				write_curvature(table->rows[r].scores[c][0].curvature, style, out);
 		fprintf(out, "%s\n", style->end);
 	}
 	fputc('\n', out);
@@ -230,7 +239,10 @@ static void write_introduction(const struct gnp_real_table *table, FILE *out)
 	      "included; of 10, 18, 30, 50 and 112 the best for each cloud counts, which nobody knows beforehand.\n\n"
 	      "Summaries: `to PCA` is the mean ratio to the best PCA; `best %` the share of clouds on which nobody else is better; `worst` the\n"
 	      "largest ratio to the best of the others; `angle` the mean figure; `< 5`, `< 10`, `< 15` the shares of points within so many degrees;\n"
-	      "`least` the smallest share within 15 on any cloud; `side` the share of normals on the truth's side.\n\n", out);
+	      "`least` the smallest share within 15 on any cloud; `side` the share of normals on the truth's side. Ratios take no angle for less than\n"
+	      "a tenth of a degree.\n\n", out);
+	if (table->plan.points != gnp_real_plan_full().points)
+		fprintf(out, "Written with `--points %zu`: samples on triangles are so many, where PCPNet's protocol has 100,000.\n\n", table->plan.points);
 	write_meshes(table, out);
 }
 
@@ -239,7 +251,8 @@ static const char *const notes[GNP_REAL_SECTIONS] = {
 	                     "twenty across the longest side, every other one with a tenth of the density; gradient: the density falls to a tenth. The truth is\n"
 	                     "the triangle's normal.\n",
 	[GNP_REAL_VERTICES] = "The truth is the mean of the triangles' normals about a vertex, weighed by area; figures are medians.\n",
-	[GNP_REAL_BODIES] = "Noise in mean spacings, isotropic.\n",
+	[GNP_REAL_BODIES] = "Smooth surfaces, and a body of each kind with creases, rims, thin sheets or tips (`core/shapes/solid.h`), of which points within a\n"
+	                    "spacing of those are not judged, but where \"edges too\" is said. Noise in mean spacings, isotropic.\n",
 	[GNP_REAL_SCANS] = "Rows are 8 times as far apart as points in a row; noise in spacings within a row. The lidar has 32 beams; noise along the beam.\n",
 };
 
