@@ -5,19 +5,21 @@
 #   install-deps.sh --check [STAGE...]  install nothing; say which packages bring what is missing, exit 1 if any
 #   install-deps.sh --list [STAGE...]   print the packages
 #
-# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang). The default is demo.
+# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang), peers (what make validate-real fetches
+# meshes with and judges beside ours). The default is demo.
 set -eu
 
 build='gcc make pkg-config libc6-dev libmicrohttpd-dev libgnutls28-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
 test="$demo python3 python3-numpy openssl"
 fuzz="$test clang libclang-rt-14-dev"
+peers="$build g++ python3-numpy python3-open3d libpcl-dev libcgal-dev libeigen3-dev npm nodejs"
 
 mode=install
 case "${1-}" in
 --check) mode=check; shift ;;
 --list) mode=list; shift ;;
--h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+-h | --help) sed -n '2,9s/^# \{0,1\}//p' "$0"; exit 0 ;;
 esac
 [ $# -gt 0 ] || set -- demo
 
@@ -28,7 +30,8 @@ for stage; do
 	demo) packages="$packages $demo" ;;
 	test) packages="$packages $test" ;;
 	fuzz) packages="$packages $fuzz" ;;
-	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test or fuzz" >&2; exit 2 ;;
+	peers) packages="$packages $peers" ;;
+	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test, fuzz or peers" >&2; exit 2 ;;
 	esac
 done
 
@@ -36,7 +39,8 @@ done
 present() {
 	case "$1" in
 	gcc) command -v cc || command -v gcc ;;
-	make | pkg-config | curl | python3 | openssl | clang) command -v "$1" ;;
+	make | pkg-config | curl | python3 | openssl | clang | npm | g++) command -v "$1" ;;
+	nodejs) command -v node ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
 	libgnutls28-dev) pkg-config --exists gnutls ;;
 	libjansson-dev) pkg-config --exists jansson ;;

@@ -12,8 +12,9 @@
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
 #include "weights/protocol/protocol.h"
+#include "weights/validate/temporary.h"
 
-enum { BATCH = 16, SHAPES = 2, SURVEYED = 4000, PATH_SIZE = 192 };
+enum { BATCH = 16, SHAPES = 2, SURVEYED = 4000, PATH_SIZE = GNP_TEMPORARY_PATH + 96 };
 
 static const struct part {
 	const char *name, *help;
@@ -259,8 +260,8 @@ static void path_of(const char *folder, const struct gnp_model *model, char path
 gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablation_part part, size_t points, struct gnp_pool *pool,
                                struct gnp_models **out, struct gnp_error *error)
 {
-	char folder[] = "/tmp/gnp-ablation-XXXXXX", path[PATH_SIZE];
-	gnp_status status = mkdtemp(folder) ? GNP_OK : gnp_error_set(error, GNP_IO, "ablation: %s: cannot be made", folder);
+	char folder[GNP_TEMPORARY_PATH], path[PATH_SIZE];
+	gnp_status status = gnp_temporary_folder(folder, error);
 	if (status != GNP_OK)
 		return status;
 	for (size_t i = 0; i < gnp_models_count(models) && status == GNP_OK; i++) {

@@ -32,12 +32,12 @@ static const char *path_of(const struct gnp_real_peers *peers, int file, char pa
 
 gnp_status gnp_real_peers_open(const char *folder, struct gnp_real_peers *peers, struct gnp_error *error)
 {
-	*peers = (struct gnp_real_peers){.meeting = "/tmp/gnp-peers-XXXXXX"};
+	*peers = (struct gnp_real_peers){.centres = 0};
 	if (folder && strlen(folder) >= sizeof peers->folder)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "peers: got a path of %zu bytes, need at most %zu", strlen(folder),
 		                     sizeof peers->folder - 1);
 	snprintf(peers->folder, sizeof peers->folder, "%s", folder ? folder : "");
-	return mkdtemp(peers->meeting) ? GNP_OK : gnp_error_set(error, GNP_IO, "peers: %s: cannot be made", peers->meeting);
+	return gnp_temporary_folder(peers->meeting, error);
 }
 
 void gnp_real_peers_close(struct gnp_real_peers *peers)

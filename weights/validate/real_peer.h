@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "weights/validate/real_cloud.h"
+#include "weights/validate/temporary.h"
 
 struct gnp_real_peer {
 	const char *name;    /* of its column */
@@ -21,9 +22,9 @@ const struct gnp_real_peer *gnp_real_peer_at(size_t i);
 
 /* Where they are, and where they and we meet. */
 struct gnp_real_peers {
-	char folder[512];  /* "": there are none */
-	char meeting[64];  /* a temporary folder */
-	size_t centres;    /* of the cloud given last */
+	char folder[512];                 /* "": there are none */
+	char meeting[GNP_TEMPORARY_PATH]; /* a temporary folder */
+	size_t centres;                   /* of the cloud given last */
 };
 
 /* folder may be NULL. GNP_IO. Closed by gnp_real_peers_close, which removes the temporary files. */
