@@ -1,6 +1,7 @@
-// mesh-to-triangles.js MESH OUT.ply: the vertices and triangles of a mesh as a binary PLY file of one form, which gnp-validate reads.
-// MESH is a file (.off, .stl, .ply, .obj as MNI writes brains; .gz of them) or a folder that holds a module {positions, cells}.
-// Vertices that coincide become one, polygons fans of triangles; triangles without an area and vertices of no triangle are left out.
+// mesh-to-triangles.js MESH OUT.ply: the vertices and triangles of a mesh as a binary PLY file of one form, which
+// gnp-validate reads. MESH is a file (.off, .stl, .ply, .obj as MNI writes brains; .gz of them) or a folder that holds
+// a module {positions, cells}. Vertices that coincide become one, polygons fans of triangles; triangles without an
+// area and vertices of no triangle are left out.
 'use strict'
 const fs = require('fs')
 const path = require('path')
@@ -49,7 +50,10 @@ function readStl(bytes) {
   return {positions, cells}
 }
 
-const readers = {char: 1, uchar: 1, int8: 1, uint8: 1, short: 2, ushort: 2, int: 4, uint: 4, int32: 4, uint32: 4, float: 4, float32: 4, double: 8}
+const bytesOf = {
+  char: 1, uchar: 1, int8: 1, uint8: 1, short: 2, ushort: 2, int: 4, uint: 4, int32: 4, uint32: 4, float: 4, float32: 4,
+  double: 8
+}
 
 function readPly(bytes) {
   const length = bytes.indexOf('end_header') + 'end_header'.length
@@ -66,9 +70,10 @@ function readPly(bytes) {
   let at = ascii ? 0 : bytes.indexOf('\n', length) + 1
   function value(type) {
     if (ascii) return Number(ascii[at++])
-    const size = readers[type], unsigned = type[0] === 'u' ? 'U' : '', from = at
+    const size = bytesOf[type], unsigned = type[0] === 'u' ? 'U' : '', from = at
     at += size
-    if (/float|double/.test(type)) return size === 8 ? bytes['readDouble' + end](from) : bytes['readFloat' + end](from)
+    if (/float|double/.test(type))
+      return size === 8 ? bytes['readDouble' + end](from) : bytes['readFloat' + end](from)
     return size === 1 ? bytes[`read${unsigned}Int8`](from) : bytes[`read${unsigned}Int${8 * size}${end}`](from)
   }
   const mesh = {positions: [], cells: []}
@@ -84,7 +89,8 @@ function readPly(bytes) {
   return mesh
 }
 
-// P and five numbers, the count of points, points, normals, the count of polygons, colours, where each polygon ends, corners.
+// P and five numbers, the count of points, points, normals, the count of polygons, colours, where each polygon ends,
+// corners.
 function readMni(bytes) {
   const all = words(bytes.toString('latin1'))
   const points = Number(all[6]), positions = [], cells = []
@@ -165,4 +171,5 @@ triangles.forEach((corners, i) => {
   corners.forEach((corner, j) => body.writeInt32LE(corner, at + 1 + 4 * j))
 })
 fs.writeFileSync(out, Buffer.concat([header, body]))
-console.log(`${path.basename(out, '.ply')}: ${points.length} vertices, ${triangles.length} triangles, ${boundaryEdges(triangles)} open edges`)
+console.log(`${path.basename(out, '.ply')}: ${points.length} vertices, ${triangles.length} triangles, ` +
+  `${boundaryEdges(triangles)} open edges`)

@@ -1,5 +1,5 @@
-// cgal METHOD K[,K...] CLOUD CENTRES NORMALS: normals by CGAL, for gnp-validate --peers. METHOD: jets, what jet_estimate_normals does with its
-// defaults, a jet of degree 2 fitted to the K nearest points, at the centres alone.
+// cgal METHOD K[,K...] CLOUD CENTRES NORMALS: normals by CGAL, for gnp-validate --peers. METHOD: jets, what
+// jet_estimate_normals does with its defaults, a jet of degree 2 fitted to the K nearest points, at the centres alone.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Monge_via_jet_fitting.h>
 #include <CGAL/Orthogonal_k_neighbor_search.h>

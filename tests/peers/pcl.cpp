@@ -1,5 +1,6 @@
-// pcl METHOD K[,K...] CLOUD CENTRES NORMALS: normals by the Point Cloud Library, for gnp-validate --peers. METHOD: pca, its NormalEstimation on
-// the K nearest points; mls, its MovingLeastSquares of order 2 within the median distance of the K-th nearest point.
+// pcl METHOD K[,K...] CLOUD CENTRES NORMALS: normals by the Point Cloud Library, for gnp-validate --peers. METHOD: pca,
+// its NormalEstimation on the K nearest points; mls, its MovingLeastSquares of order 2 within the median distance of
+// the K-th nearest point.
 #include <algorithm>
 #include <cmath>
 

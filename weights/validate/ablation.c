@@ -42,7 +42,7 @@ struct survey {
 	struct gnp_prepared prepared;
 	unsigned char *outlier; /* (count) in the prepared order */
 	size_t reach, outputs, stride;
-	double *sums;           /* (chunks, outputs) */
+	double *sums; /* (chunks, outputs) */
 };
 
 static size_t usable(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions)
@@ -56,15 +56,19 @@ static gnp_status build_patches(const struct survey *survey, size_t begin, size_
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct gnp_recipe *recipe = &survey->model->recipe;
-	const struct gnp_patch_source source = {.points = survey->prepared.points, .normals = survey->prepared.normals, .k = recipe->k,
-	                                        .delta0_ratio = recipe->delta0_ratio, .delta0 = recipe->delta0,
-	                                        .height_scale = recipe->height_scale, .one_sheet = true};
+	const struct gnp_patch_source source = {.points = survey->prepared.points,
+	                                        .normals = survey->prepared.normals,
+	                                        .k = recipe->k,
+	                                        .delta0_ratio = recipe->delta0_ratio,
+	                                        .delta0 = recipe->delta0,
+	                                        .height_scale = recipe->height_scale,
+	                                        .one_sheet = true};
 	struct gnp_neighborhoods found;
 	uint32_t centres[BATCH];
 	for (size_t i = 0; i < count; i++)
 		centres[i] = (uint32_t)((begin + i) * survey->stride);
-	gnp_status status = gnp_neighborhoods_find(survey->prepared.neighbors, centres, count, survey->reach, 1, survey->reach, scratch,
-	                                           &found, error);
+	gnp_status status = gnp_neighborhoods_find(survey->prepared.neighbors, centres, count, survey->reach, 1,
+	                                           survey->reach, scratch, &found, error);
 	if (status != GNP_OK)
 		return status;
 	double *coordinates = gnp_scratch_take(scratch, found.start[count], 3 * sizeof *coordinates);
@@ -73,12 +77,14 @@ static gnp_status build_patches(const struct survey *survey, size_t begin, size_
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
 		size_t length = found.start[p + 1] - found.start[p];
 		double *own = coordinates + 3 * found.start[p];
-		status = gnp_patch_build(&source, &found, p, centres[p], own, own + length, own + 2 * length, &patches[p], error);
+		status =
+			gnp_patch_build(&source, &found, p, centres[p], own, own + length, own + 2 * length, &patches[p], error);
 	}
 	return status;
 }
 
-static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct survey *survey = context;
 	const struct gnp_network *network = survey->model->network;
@@ -87,7 +93,8 @@ static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct g
 	struct gnp_projected projected;
 	gnp_status status = build_patches(survey, begin, end - begin, patches, scratch, error);
 	if (status == GNP_OK)
-		status = gnp_projected_describe(&network->architecture, patches, end - begin, usable, survey, &projected, scratch, error);
+		status = gnp_projected_describe(&network->architecture, patches, end - begin, usable, survey, &projected,
+		                                scratch, error);
 	if (status == GNP_OK)
 		status = gnp_projected_solve(network, false, &projected, scratch, error);
 	for (size_t i = 0; i < (end - begin) * survey->outputs && status == GNP_OK; i++)
@@ -95,8 +102,8 @@ static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct g
 	return status;
 }
 
-static gnp_status survey_prepared(struct survey *survey, const struct gnp_sample *sample, size_t surveyed, struct gnp_pool *pool,
-                                  double *total, struct gnp_error *error)
+static gnp_status survey_prepared(struct survey *survey, const struct gnp_sample *sample, size_t surveyed,
+                                  struct gnp_pool *pool, double *total, struct gnp_error *error)
 {
 	size_t chunks = (surveyed + BATCH - 1) / BATCH;
 	survey->outlier = gnp_array_zero(sample->count, 1);
@@ -112,10 +119,11 @@ static gnp_status survey_prepared(struct survey *survey, const struct gnp_sample
 }
 
 /* Adds the outputs at `surveyed` points of a sample to total (outputs). */
-static gnp_status survey_sample(const struct gnp_model *model, const struct gnp_sample *sample, size_t surveyed, struct gnp_pool *pool,
-                                double *total, struct gnp_error *error)
+static gnp_status survey_sample(const struct gnp_model *model, const struct gnp_sample *sample, size_t surveyed,
+                                struct gnp_pool *pool, double *total, struct gnp_error *error)
 {
-	struct survey survey = {.model = model, .outputs = gnp_projection_outputs(&model->architecture), .stride = sample->count / surveyed};
+	struct survey survey = {
+		.model = model, .outputs = gnp_projection_outputs(&model->architecture), .stride = sample->count / surveyed};
 	const struct gnp_cloud cloud = {sample->count, sample->points, sample->normals};
 	size_t reach = gnp_projection_reach(&model->architecture);
 	reach = reach > model->recipe.k * 3 / 2 ? reach : model->recipe.k * 3 / 2;
@@ -131,12 +139,15 @@ static gnp_status survey_sample(const struct gnp_model *model, const struct gnp_
 }
 
 /* Displaced as in one regime, which is passed over when it is not of the kind that the model was trained for. */
-static gnp_status survey_regime(const struct gnp_model *model, const struct gnp_regime_info *regime, struct gnp_sample *sample,
-                                uint64_t seed, size_t surveyed, struct gnp_pool *pool, double *total, size_t *count,
-                                struct gnp_error *error)
+static gnp_status survey_regime(const struct gnp_model *model, const struct gnp_regime_info *regime,
+                                struct gnp_sample *sample, uint64_t seed, size_t surveyed, struct gnp_pool *pool,
+                                double *total, size_t *count, struct gnp_error *error)
 {
-	const struct gnp_sample_options options = {.count = sample->count, .seed = seed, .noise = regime->noise,
-	                                           .outlier_fraction = regime->outlier_fraction, .outlier_noise = regime->outlier_noise};
+	const struct gnp_sample_options options = {.count = sample->count,
+	                                           .seed = seed,
+	                                           .noise = regime->noise,
+	                                           .outlier_fraction = regime->outlier_fraction,
+	                                           .outlier_noise = regime->outlier_noise};
 	gnp_status status = gnp_sample_displace(&options, sample, error);
 	*count += surveyed;
 	return status == GNP_OK ? survey_sample(model, sample, surveyed, pool, total, error) : status;
@@ -156,8 +167,8 @@ static bool is_of_none(const char *regime)
 	return true;
 }
 
-static gnp_status survey_shape(const struct gnp_model *model, unsigned which, size_t points, struct gnp_pool *pool, double *total,
-                               size_t *count, struct gnp_error *error)
+static gnp_status survey_shape(const struct gnp_model *model, unsigned which, size_t points, struct gnp_pool *pool,
+                               double *total, size_t *count, struct gnp_error *error)
 {
 	const uint64_t seed = GNP_SEED_WATCH + (UINT64_C(1) << 50) + which; /* none of those that are watched by */
 	const struct gnp_sample_options clean = {.count = points, .seed = seed};
@@ -173,13 +184,14 @@ static gnp_status survey_shape(const struct gnp_model *model, unsigned which, si
 		return status;
 	for (int r = 0; r < GNP_REGIMES && status == GNP_OK; r++)
 		if (is_of(model->regime, gnp_regime_info((enum gnp_regime)r)) || is_of_none(model->regime))
-			status = survey_regime(model, gnp_regime_info((enum gnp_regime)r), &sample, seed, surveyed, pool, total, count, error);
+			status = survey_regime(model, gnp_regime_info((enum gnp_regime)r), &sample, seed, surveyed, pool, total,
+			                       count, error);
 	gnp_sample_clear(&sample);
 	return status;
 }
 
-gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool, float *outputs,
-                                     struct gnp_error *error)
+gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool,
+                                     float *outputs, struct gnp_error *error)
 {
 	size_t width = gnp_projection_outputs(&model->architecture), count = 0;
 	double *total = gnp_array_zero(width, sizeof *total);
@@ -222,13 +234,14 @@ static gnp_status fix_outputs(const struct gnp_model *model, size_t points, stru
                               struct gnp_error *error)
 {
 	const struct gnp_layout *layout = &model->network->layout;
-	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight"), *bias = gnp_layout_find(layout, "head.4.bias");
+	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight");
+	const struct gnp_parameter_row *bias = gnp_layout_find(layout, "head.4.bias");
 	memset(parameters + weight->offset, 0, weight->count * sizeof *parameters);
 	return gnp_ablation_mean_outputs(model, points, pool, parameters + bias->offset, error);
 }
 
-static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_part part, size_t points, struct gnp_pool *pool,
-                               const char *path, struct gnp_error *error)
+static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_part part, size_t points,
+                               struct gnp_pool *pool, const char *path, struct gnp_error *error)
 {
 	size_t total = model->network->layout.total;
 	bool altered = model->architecture.head == GNP_HEAD_PROJECTION;
@@ -243,7 +256,9 @@ static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_
 		draw_trunk(model, parameters);
 	else if (altered && part == GNP_ABLATION_CONSTANT)
 		status = fix_outputs(model, points, pool, parameters, error);
-	const struct gnp_model_source source = {.architecture = model->architecture, .recipe = model->recipe, .regime = model->regime,
+	const struct gnp_model_source source = {.architecture = model->architecture,
+	                                        .recipe = model->recipe,
+	                                        .regime = model->regime,
 	                                        .parameters = parameters};
 	if (status == GNP_OK)
 		status = gnp_model_save(path, &source, error);
@@ -257,8 +272,8 @@ static void path_of(const char *folder, const struct gnp_model *model, char path
 }
 
 /* Models come from folders, so there is one for as long as it takes. */
-gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablation_part part, size_t points, struct gnp_pool *pool,
-                               struct gnp_models **out, struct gnp_error *error)
+gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablation_part part, size_t points,
+                               struct gnp_pool *pool, struct gnp_models **out, struct gnp_error *error)
 {
 	char folder[GNP_TEMPORARY_PATH], path[PATH_SIZE];
 	gnp_status status = gnp_temporary_folder(folder, error);

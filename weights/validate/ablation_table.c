@@ -8,7 +8,8 @@
 static void take_means(const struct gnp_table *table, double mean[GNP_FAMILIES][GNP_REGIMES][GNP_SCORES])
 {
 	struct gnp_row row;
-	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more; more = gnp_selection_next(&table->selection, &row, &row))
+	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more;
+	     more = gnp_selection_next(&table->selection, &row, &row))
 		for (int s = 0; s < GNP_SCORES && row.contender == GNP_CONTENDER_GNP; s++)
 			mean[row.family][row.regime][s] = gnp_table_mean(table, &row, (enum gnp_score)s);
 }
@@ -22,8 +23,8 @@ static struct gnp_selection rows_of_gnp(const struct gnp_selection *selection)
 	return own;
 }
 
-static gnp_status judge_part(const struct gnp_table *whole, enum gnp_ablation_part part, struct gnp_pool *pool, struct gnp_task *task,
-                             struct gnp_ablation_table *out, struct gnp_error *error)
+static gnp_status judge_part(const struct gnp_table *whole, enum gnp_ablation_part part, struct gnp_pool *pool,
+                             struct gnp_task *task, struct gnp_ablation_table *out, struct gnp_error *error)
 {
 	const struct gnp_selection selection = rows_of_gnp(&whole->selection);
 	struct gnp_models *altered = NULL;
@@ -101,7 +102,8 @@ void gnp_ablation_table_write_markdown(const struct gnp_ablation_table *table, F
 	static const struct style bars = {"| ", " | ", " |"};
 	fputs("\n## Ablation\nMean errors of `gnp` with a part of its models taken away.", out);
 	for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
-		fprintf(out, "%s %s: %s.", part == GNP_ABLATION_NONE + 1 ? "" : "\n", gnp_ablation_name(part), gnp_ablation_help(part));
+		fprintf(out, "%s %s: %s.", part == GNP_ABLATION_NONE + 1 ? "" : "\n", gnp_ablation_name(part),
+		        gnp_ablation_help(part));
 	fputs("\n\n", out);
 	write_head(&bars, out);
 	fputs("| --- | --- | --- |", out);

@@ -13,7 +13,8 @@ struct gnp_ablation_table {
 	double mean[GNP_ABLATION_PARTS][GNP_FAMILIES][GNP_REGIMES][GNP_SCORES];
 };
 
-/* Takes the whole models' errors from a table that is filled, and judges altered ones on the same shapes where that has gnp. */
+/* Takes the whole models' errors from a table that is filled, and judges altered ones on the same shapes where that has
+ * gnp. */
 gnp_status gnp_ablation_table_run(const struct gnp_table *whole, struct gnp_pool *pool, struct gnp_task *task,
                                   struct gnp_ablation_table *out, struct gnp_error *error);
 

@@ -14,8 +14,12 @@ static const struct smooth {
 	size_t count;
 	double noise;
 } smooth[] = {
-	{"torus", "torus", 200, 0},           {"torus", "torus", 2000, 0.3},        {"saddle", "saddle", 10000, 0},
-	{"saddle", "saddle", 10000, 0.3},     {"cylinder", "cylinder", 10000, 0},   {"cylinder", "cylinder", 10000, 1},
+	{"torus", "torus", 200, 0},
+	{"torus", "torus", 2000, 0.3},
+	{"saddle", "saddle", 10000, 0},
+	{"saddle", "saddle", 10000, 0.3},
+	{"cylinder", "cylinder", 10000, 0},
+	{"cylinder", "cylinder", 10000, 1},
 	{"bumpy torus", "bumpy_torus", 20000, 1},
 };
 
@@ -47,21 +51,23 @@ bool gnp_real_body_name(size_t i, struct gnp_real_body_name *out)
 }
 
 /* The arrays that a cloud has too become the cloud's. */
-static gnp_status make_smooth(const struct smooth *body, uint64_t seed, struct gnp_pool *pool, struct gnp_real_cloud *out,
-                              struct gnp_error *error)
+static gnp_status make_smooth(const struct smooth *body, uint64_t seed, struct gnp_pool *pool,
+                              struct gnp_real_cloud *out, struct gnp_error *error)
 {
 	struct gnp_shape *shape;
 	struct gnp_sample sample;
 	gnp_status status = gnp_shape_create(body->shape, 0, 0, &shape, error);
 	if (status != GNP_OK)
 		return status;
-	const struct gnp_sample_options options = {.count = body->count, .seed = seed,
-	                                           .noise = body->noise * sqrt(gnp_shape_area(shape) / (double)body->count)};
+	const struct gnp_sample_options options = {
+		.count = body->count, .seed = seed, .noise = body->noise * sqrt(gnp_shape_area(shape) / (double)body->count)};
 	status = gnp_sample_create(shape, &options, pool, NULL, &sample, error);
 	gnp_shape_free(shape);
 	if (status != GNP_OK)
 		return status;
-	*out = (struct gnp_real_cloud){.count = sample.count, .points = sample.points, .normals = sample.normals,
+	*out = (struct gnp_real_cloud){.count = sample.count,
+	                               .points = sample.points,
+	                               .normals = sample.normals,
 	                               .mean_curvature = sample.mean_curvature};
 	sample.points = sample.normals = sample.mean_curvature = NULL;
 	gnp_sample_clear(&sample);
@@ -69,7 +75,8 @@ static gnp_status make_smooth(const struct smooth *body, uint64_t seed, struct g
 }
 
 /* Curvature, noise, and which points are not judged. */
-static void fill_creased(const struct creased *way, uint64_t seed, const struct gnp_solid_sample *sample, struct gnp_real_cloud *out)
+static void fill_creased(const struct creased *way, uint64_t seed, const struct gnp_solid_sample *sample,
+                         struct gnp_real_cloud *out)
 {
 	struct gnp_random random;
 	gnp_random_seed(&random, seed, 1);
@@ -82,15 +89,18 @@ static void fill_creased(const struct creased *way, uint64_t seed, const struct 
 	}
 }
 
-static gnp_status make_creased(int kind, const struct creased *way, uint64_t seed, struct gnp_pool *pool, struct gnp_real_cloud *out,
-                               struct gnp_error *error)
+static gnp_status make_creased(int kind, const struct creased *way, uint64_t seed, struct gnp_pool *pool,
+                               struct gnp_real_cloud *out, struct gnp_error *error)
 {
-	const struct gnp_solid_options options = {.seed = seed, .kind = kind, .count = SOLID_POINTS, .sampling = way->sampling};
+	const struct gnp_solid_options options = {
+		.seed = seed, .kind = kind, .count = SOLID_POINTS, .sampling = way->sampling};
 	struct gnp_solid_sample sample;
 	gnp_status status = gnp_solid_sample_create(&options, pool, NULL, &sample, error);
 	if (status != GNP_OK)
 		return status;
-	struct gnp_real_cloud cloud = {.count = sample.count, .points = sample.points, .normals = sample.normals,
+	struct gnp_real_cloud cloud = {.count = sample.count,
+	                               .points = sample.points,
+	                               .normals = sample.normals,
 	                               .mean_curvature = gnp_array_new(sample.count, sizeof(double)),
 	                               .unjudged = gnp_array_new(sample.count, 1)};
 	sample.points = sample.normals = NULL;

@@ -63,7 +63,9 @@ gnp_status gnp_real_cloud_choose(struct gnp_real_cloud *cloud, size_t most, uint
 		cloud->centres[j] = cloud->centres[i];
 		cloud->centres[i] = other;
 	}
-	return count > 0 ? GNP_OK : gnp_error_set(error, GNP_INVALID_ARGUMENT, "cloud: none of its %zu points may be judged", cloud->count);
+	return count > 0 ? GNP_OK
+	                 : gnp_error_set(error, GNP_INVALID_ARGUMENT, "cloud: none of its %zu points may be judged",
+	                                 cloud->count);
 }
 
 /* ---- Samples ---- */
@@ -73,7 +75,7 @@ struct urn {
 	const struct gnp_real_mesh *mesh;
 	double *upto; /* (triangles) area of the triangles up to this one, itself included */
 	enum gnp_real_density density;
-	int axis;     /* of the bounding box's longest side */
+	int axis; /* of the bounding box's longest side */
 	double low, length;
 };
 
@@ -153,8 +155,8 @@ static void draw_points(const struct urn *urn, const struct gnp_real_sampling *s
 	}
 }
 
-gnp_status gnp_real_cloud_sample(const struct gnp_real_mesh *mesh, const struct gnp_real_sampling *sampling, struct gnp_real_cloud *out,
-                                 struct gnp_error *error)
+gnp_status gnp_real_cloud_sample(const struct gnp_real_mesh *mesh, const struct gnp_real_sampling *sampling,
+                                 struct gnp_real_cloud *out, struct gnp_error *error)
 {
 	struct urn urn = {.mesh = mesh, .density = sampling->density};
 	double area = 0, normal[3];
@@ -172,7 +174,8 @@ gnp_status gnp_real_cloud_sample(const struct gnp_real_mesh *mesh, const struct 
 	return status;
 }
 
-gnp_status gnp_real_cloud_vertices(const struct gnp_real_mesh *mesh, struct gnp_real_cloud *out, struct gnp_error *error)
+gnp_status gnp_real_cloud_vertices(const struct gnp_real_mesh *mesh, struct gnp_real_cloud *out,
+                                   struct gnp_error *error)
 {
 	struct gnp_real_cloud cloud;
 	gnp_status status = gnp_real_cloud_create(mesh->vertex_count, &cloud, error);

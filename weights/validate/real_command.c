@@ -22,8 +22,8 @@ static gnp_status parse_sections(const struct gnp_arguments *arguments, unsigned
 				break;
 		}
 		if (!gnp_real_section_name(i))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--sections: got '%.*s', need some of %s", length < 40 ? (int)length : 40, word,
-			                     gnp_names_end(&known));
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--sections: got '%.*s', need some of %s",
+			                     length < 40 ? (int)length : 40, word, gnp_names_end(&known));
 		chosen |= 1u << i;
 		word = word[length] ? word + length + 1 : NULL;
 	}
@@ -31,7 +31,8 @@ static gnp_status parse_sections(const struct gnp_arguments *arguments, unsigned
 	return GNP_OK;
 }
 
-static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_real_plan *plan, uint64_t *workers, struct gnp_error *error)
+static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_real_plan *plan, uint64_t *workers,
+                             struct gnp_error *error)
 {
 	static const char *const other[] = {"estimators", "families", "regimes", "shapes"};
 	bool quick = gnp_arguments_has(arguments, "quick"), full = gnp_arguments_has(arguments, "full");
@@ -73,8 +74,8 @@ static gnp_status run_plan(const struct gnp_real_plan *plan, const struct gnp_mo
 typedef void (*write_fn)(const struct gnp_real_table *table, FILE *out);
 
 /* Writes the table to the file an option names, if it was given. */
-static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write, const struct gnp_real_table *table,
-                       struct gnp_error *error)
+static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write,
+                       const struct gnp_real_table *table, struct gnp_error *error)
 {
 	const char *path = gnp_arguments_get(arguments, option, NULL);
 	char *data = NULL;

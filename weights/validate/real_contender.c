@@ -22,7 +22,8 @@ static struct gnp_real_contender *add(struct gnp_real_contender *out, size_t *co
 	return contender;
 }
 
-static void add_models(const struct gnp_models *models, enum gnp_ablation_part part, struct gnp_real_contender *out, size_t *count)
+static void add_models(const struct gnp_models *models, enum gnp_ablation_part part, struct gnp_real_contender *out,
+                       size_t *count)
 {
 	size_t first = *count;
 	if (gnp_models_count(models) > 0)
@@ -73,8 +74,9 @@ size_t gnp_real_contender_list(const struct gnp_models *models, const struct gnp
 
 /* ---- Estimators ---- */
 
-static gnp_status judge_estimator(const struct gnp_real_contender *contender, const struct gnp_real_cloud *cloud, struct gnp_pool *pool,
-                                  struct gnp_real_score *score, double *seconds, struct gnp_error *error)
+static gnp_status judge_estimator(const struct gnp_real_contender *contender, const struct gnp_real_cloud *cloud,
+                                  struct gnp_pool *pool, struct gnp_real_score *score, double *seconds,
+                                  struct gnp_error *error)
 {
 	const struct gnp_cloud points = {cloud->count, cloud->points, NULL};
 	struct gnp_estimate_options options = gnp_estimate_defaults();
@@ -84,15 +86,16 @@ static gnp_status judge_estimator(const struct gnp_real_contender *contender, co
 	options.models = contender->models;
 	options.quantities = GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE);
 	double begun = gnp_clock();
-	gnp_status status = gnp_estimate_at(&points, &options, cloud->centres, cloud->centre_count, pool, NULL, &estimate, error);
+	gnp_status status =
+		gnp_estimate_at(&points, &options, cloud->centres, cloud->centre_count, pool, NULL, &estimate, error);
 	if (status != GNP_OK)
 		return status;
 	*seconds += gnp_clock() - begun;
 	const double *normals = estimate.values[GNP_NORMALS];
 	status = gnp_real_score_normals(cloud->normals, cloud->centres, cloud->centre_count, normals, score, error);
 	if (status == GNP_OK && cloud->mean_curvature)
-		score->curvature = gnp_real_score_curvature(cloud->normals, cloud->mean_curvature, cloud->centres, cloud->centre_count,
-		                                            normals, estimate.values[GNP_MEAN_CURVATURE]);
+		score->curvature = gnp_real_score_curvature(cloud->normals, cloud->mean_curvature, cloud->centres,
+		                                            cloud->centre_count, normals, estimate.values[GNP_MEAN_CURVATURE]);
 	gnp_estimate_clear(&estimate);
 	return status;
 }
@@ -107,7 +110,8 @@ struct planes {
 	double *normals; /* (GNP_REAL_VARIANTS, centres, 3) */
 };
 
-static gnp_status fit_planes(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status fit_planes(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	const struct planes *planes = context;
 	const struct gnp_real_cloud *cloud = planes->cloud;
@@ -115,11 +119,12 @@ static gnp_status fit_planes(void *context, size_t begin, size_t end, struct gnp
 	double *distance = gnp_scratch_take(scratch, planes->most, sizeof *distance);
 	gnp_status status = index && distance ? GNP_OK : gnp_no_memory("pca", planes->most, "neighbours", error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
-		status = gnp_neighbors_knn(planes->neighbors, cloud->points + 3 * (size_t)cloud->centres[i], 1, planes->most, index, distance,
-		                           scratch, error);
+		status = gnp_neighbors_knn(planes->neighbors, cloud->points + 3 * (size_t)cloud->centres[i], 1, planes->most,
+		                           index, distance, scratch, error);
 		for (size_t v = 0; v < GNP_REAL_VARIANTS && status == GNP_OK; v++) {
 			struct gnp_pca pca;
-			gnp_pca_fit(cloud->points, index, neighbors_of_pca[v] < planes->most ? neighbors_of_pca[v] : planes->most, &pca);
+			gnp_pca_fit(cloud->points, index, neighbors_of_pca[v] < planes->most ? neighbors_of_pca[v] : planes->most,
+			            &pca);
 			memcpy(planes->normals + 3 * (v * cloud->centre_count + i), pca.axes[2], sizeof pca.axes[2]);
 		}
 	}
@@ -144,8 +149,8 @@ static gnp_status judge_pca(const struct gnp_real_cloud *cloud, struct gnp_pool 
 /* ---- Any ---- */
 
 gnp_status gnp_real_contender_judge(const struct gnp_real_contender *contender, const struct gnp_real_peers *peers,
-                                    const struct gnp_real_cloud *cloud, struct gnp_pool *pool, struct gnp_real_score *scores,
-                                    double *seconds, struct gnp_error *error)
+                                    const struct gnp_real_cloud *cloud, struct gnp_pool *pool,
+                                    struct gnp_real_score *scores, double *seconds, struct gnp_error *error)
 {
 	size_t stride = 3 * cloud->centre_count;
 	if (contender->kind == GNP_REAL_ESTIMATOR)
@@ -153,11 +158,13 @@ gnp_status gnp_real_contender_judge(const struct gnp_real_contender *contender, 
 	double *normals = gnp_array_new(contender->variants * stride, sizeof *normals);
 	if (!normals)
 		return gnp_no_memory(contender->name, cloud->centre_count, "normals", error);
-	gnp_status status = contender->kind == GNP_REAL_PCA
-	                        ? judge_pca(cloud, pool, normals, seconds, error)
-	                        : gnp_real_peers_run(peers, contender->peer, contender->k, contender->variants, normals, seconds, error);
+	gnp_status status =
+		contender->kind == GNP_REAL_PCA
+			? judge_pca(cloud, pool, normals, seconds, error)
+			: gnp_real_peers_run(peers, contender->peer, contender->k, contender->variants, normals, seconds, error);
 	for (size_t v = 0; v < contender->variants && status == GNP_OK; v++) {
-		status = gnp_real_score_normals(cloud->normals, cloud->centres, cloud->centre_count, normals + v * stride, &scores[v], error);
+		status = gnp_real_score_normals(cloud->normals, cloud->centres, cloud->centre_count, normals + v * stride,
+		                                &scores[v], error);
 		scores[v].sided = NAN; /* they say nothing of sides */
 	}
 	free(normals);

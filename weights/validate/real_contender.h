@@ -1,4 +1,5 @@
-/* Who is judged in the real table: our estimators, plain PCA of several sizes of neighbourhood, and programs of others. */
+/* Who is judged in the real table: our estimators, plain PCA of several sizes of neighbourhood, and programs of others.
+ */
 #ifndef GNP_WEIGHTS_REAL_CONTENDER_H
 #define GNP_WEIGHTS_REAL_CONTENDER_H
 
@@ -19,26 +20,28 @@ enum { GNP_REAL_VARIANTS = 5, GNP_REAL_CONTENDERS_MAX = 64 };
 struct gnp_real_contender {
 	char name[GNP_MODEL_NAME_MAX + 1];
 	enum gnp_real_kind kind;
-	int estimator;                 /* enum gnp_estimator_kind */
-	const struct gnp_model *model; /* NULL: chosen by the cloud, or none is used */
-	const struct gnp_models *models;   /* to choose from, borrowed; NULL: it uses none */
-	enum gnp_ablation_part part;       /* what is missing of its models */
+	int estimator;                   /* enum gnp_estimator_kind */
+	const struct gnp_model *model;   /* NULL: chosen by the cloud, or none is used */
+	const struct gnp_models *models; /* to choose from, borrowed; NULL: it uses none */
+	enum gnp_ablation_part part;     /* what is missing of its models */
 	const struct gnp_real_peer *peer;
-	size_t variants;               /* the best of them counts, cloud by cloud */
-	const unsigned *k;             /* (variants) neighbours, the point itself included; NULL: its own choice */
+	size_t variants;   /* the best of them counts, cloud by cloud */
+	const unsigned *k; /* (variants) neighbours, the point itself included; NULL: its own choice */
 };
 
-/* All of them in the table's order: gnp with its defaults, each model of the projection head by name, adaptive, gmls, PCA, and the peers that
- * are there. Their number is returned. */
+/* All of them in the table's order: gnp with its defaults, each model of the projection head by name, adaptive, gmls,
+ * PCA, and the peers that are there. Their number is returned. */
 size_t gnp_real_contender_list(const struct gnp_models *models, const struct gnp_real_peers *peers,
                                struct gnp_real_contender out[GNP_REAL_CONTENDERS_MAX]);
-/* The first rows again, of altered models (ablation.h), behind the `count` that are there; the new count is returned. */
+/* The first rows again, of altered models (ablation.h), behind the `count` that are there; the new count is returned.
+ */
 size_t gnp_real_contender_ablated(const struct gnp_models *altered, enum gnp_ablation_part part, size_t count,
                                   struct gnp_real_contender out[GNP_REAL_CONTENDERS_MAX]);
 
-/* Judges one on a cloud that was given to the peers: scores (variants); *seconds grows by what the work took, the search of neighbours included. */
+/* Judges one on a cloud that was given to the peers: scores (variants); *seconds grows by what the work took, the
+ * search of neighbours included. */
 gnp_status gnp_real_contender_judge(const struct gnp_real_contender *contender, const struct gnp_real_peers *peers,
-                                    const struct gnp_real_cloud *cloud, struct gnp_pool *pool, struct gnp_real_score *scores,
-                                    double *seconds, struct gnp_error *error);
+                                    const struct gnp_real_cloud *cloud, struct gnp_pool *pool,
+                                    struct gnp_real_score *scores, double *seconds, struct gnp_error *error);
 
 #endif

@@ -11,9 +11,11 @@ static void write_number(const char *name, double value, const char *after, FILE
 		fprintf(out, "\"%s\": null%s", name, after);
 }
 
-static void write_score(const struct gnp_real_contender *contender, size_t variant, const struct gnp_real_score *score, FILE *out)
+static void write_score(const struct gnp_real_contender *contender, size_t variant, const struct gnp_real_score *score,
+                        FILE *out)
 {
-	fprintf(out, "      {\"contender\": \"%s\", \"part\": \"%s\", ", contender->name, gnp_ablation_name(contender->part));
+	fprintf(out, "      {\"contender\": \"%s\", \"part\": \"%s\", ", contender->name,
+	        gnp_ablation_name(contender->part));
 	if (contender->k)
 		fprintf(out, "\"k\": %u, ", contender->k[variant]);
 	write_number("rms", score->rms, ", ", out);
@@ -29,7 +31,9 @@ static void write_score(const struct gnp_real_contender *contender, size_t varia
 static void write_row(const struct gnp_real_table *table, const struct gnp_real_row *row, FILE *out)
 {
 	const char *between = "\n";
-	fprintf(out, "    {\"section\": \"%s\", \"cloud\": \"%s\", \"sampling\": \"%s\", \"points\": %zu, \"centres\": %zu, \"scores\": [",
+	fprintf(out,
+	        "    {\"section\": \"%s\", \"cloud\": \"%s\", \"sampling\": \"%s\", \"points\": %zu, \"centres\": %zu, "
+	        "\"scores\": [",
 	        gnp_real_section_name(row->section), row->cloud, row->variant, row->points, row->centres);
 	for (size_t c = 0; c < table->contender_count; c++)
 		for (size_t v = 0; v < table->contenders[c].variants; v++) {
@@ -40,11 +44,13 @@ static void write_row(const struct gnp_real_table *table, const struct gnp_real_
 	fputs("]}", out);
 }
 
-static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender, FILE *out)
+static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender,
+                          FILE *out)
 {
 	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, contender);
-	fprintf(out, "    {\"section\": \"%s\", \"contender\": \"%s\", \"part\": \"%s\", \"clouds\": %zu, ", gnp_real_section_name(section),
-	        table->contenders[contender].name, gnp_ablation_name(table->contenders[contender].part), sum.rows);
+	fprintf(out, "    {\"section\": \"%s\", \"contender\": \"%s\", \"part\": \"%s\", \"clouds\": %zu, ",
+	        gnp_real_section_name(section), table->contenders[contender].name,
+	        gnp_ablation_name(table->contenders[contender].part), sum.rows);
 	write_number("ratio_to_pca", sum.ratio, ", ", out);
 	write_number("best_share", sum.best, ", ", out);
 	write_number("worst_ratio", sum.worst, ", ", out);

@@ -68,8 +68,8 @@ static gnp_status allocate(struct gnp_real_mesh *mesh, struct gnp_error *error)
 	return gnp_no_memory("mesh", mesh->triangle_count, "triangles", error);
 }
 
-gnp_status gnp_real_mesh_create(const double *vertices, size_t vertex_count, const uint32_t *triangles, size_t triangle_count,
-                                struct gnp_real_mesh *out, struct gnp_error *error)
+gnp_status gnp_real_mesh_create(const double *vertices, size_t vertex_count, const uint32_t *triangles,
+                                size_t triangle_count, struct gnp_real_mesh *out, struct gnp_error *error)
 {
 	struct gnp_real_mesh mesh = {.vertex_count = vertex_count, .triangle_count = triangle_count};
 	gnp_status status = allocate(&mesh, error);
@@ -99,13 +99,17 @@ static size_t read_header(const struct gnp_buffer *file, size_t *vertices, size_
 	int length = 0;
 	memcpy(text, file->data, size);
 	text[size] = '\0';
-	if (sscanf(text, "ply format binary_little_endian 1.0 element vertex %zu property float x property float y property float z "
-	                 "element face %zu property list uchar int vertex_indices end_header%n", vertices, faces, &length) != 2)
+	if (sscanf(text,
+	           "ply format binary_little_endian 1.0 element vertex %zu property float x property float y property "
+	           "float z "
+	           "element face %zu property list uchar int vertex_indices end_header%n",
+	           vertices, faces, &length) != 2)
 		return 0;
 	return length > 0 && text[length] == '\n' ? (size_t)length + 1 : 0;
 }
 
-static gnp_status read_data(const char *path, const unsigned char *data, struct gnp_real_mesh *mesh, struct gnp_error *error)
+static gnp_status read_data(const char *path, const unsigned char *data, struct gnp_real_mesh *mesh,
+                            struct gnp_error *error)
 {
 	const unsigned char *face = data + VERTEX_BYTES * mesh->vertex_count;
 	for (size_t i = 0; i < 3 * mesh->vertex_count; i++) {
@@ -119,23 +123,29 @@ static gnp_status read_data(const char *path, const unsigned char *data, struct 
 		uint32_t *corner = mesh->triangles + 3 * t;
 		memcpy(corner, face + 1, 3 * sizeof *corner);
 		if (face[0] != 3)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: face %zu: got %d corners, need 3", path, t, face[0]);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: face %zu: got %d corners, need 3", path, t,
+			                     face[0]);
 		for (int c = 0; c < 3; c++)
 			if (corner[c] >= mesh->vertex_count)
-				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: face %zu: got corner %u, there are %zu vertices", path, t,
-				                     corner[c], mesh->vertex_count);
+				return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+				                     "%.200s: face %zu: got corner %u, there are %zu vertices", path, t, corner[c],
+				                     mesh->vertex_count);
 	}
 	return GNP_OK;
 }
 
-static gnp_status read_file(const char *path, const struct gnp_buffer *file, struct gnp_real_mesh *mesh, struct gnp_error *error)
+static gnp_status read_file(const char *path, const struct gnp_buffer *file, struct gnp_real_mesh *mesh,
+                            struct gnp_error *error)
 {
 	size_t begin = read_header(file, &mesh->vertex_count, &mesh->triangle_count);
 	if (begin == 0)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: need a PLY file as deploy/mesh-to-triangles.js writes it", path);
-	if (mesh->vertex_count < 4 || mesh->vertex_count > COUNT_MOST || mesh->triangle_count < 4 || mesh->triangle_count > COUNT_MOST)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: got %zu vertices and %zu triangles, need 4..%d of each", path,
-		                     mesh->vertex_count, mesh->triangle_count, COUNT_MOST);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "%.200s: need a PLY file as deploy/mesh-to-triangles.js writes it", path);
+	if (mesh->vertex_count < 4 || mesh->vertex_count > COUNT_MOST || mesh->triangle_count < 4 ||
+	    mesh->triangle_count > COUNT_MOST)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "%.200s: got %zu vertices and %zu triangles, need 4..%d of each", path, mesh->vertex_count,
+		                     mesh->triangle_count, COUNT_MOST);
 	size_t need = begin + VERTEX_BYTES * mesh->vertex_count + FACE_BYTES * mesh->triangle_count;
 	if (file->size != need)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.200s: got %zu bytes, need %zu", path, file->size, need);

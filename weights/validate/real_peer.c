@@ -13,7 +13,10 @@
 extern char **environ;
 
 static const struct gnp_real_peer known[] = {
-	{"open3d_pca", "open3d", "pca"}, {"pcl_pca", "pcl", "pca"}, {"pcl_mls", "pcl", "mls"}, {"cgal_jets", "cgal", "jets"},
+	{"open3d_pca", "open3d", "pca"},
+	{"pcl_pca", "pcl", "pca"},
+	{"pcl_mls", "pcl", "mls"},
+	{"cgal_jets", "cgal", "jets"},
 };
 
 static const char *const files[] = {"cloud", "centres", "normals", "seconds"};
@@ -34,8 +37,8 @@ gnp_status gnp_real_peers_open(const char *folder, struct gnp_real_peers *peers,
 {
 	*peers = (struct gnp_real_peers){.centres = 0};
 	if (folder && strlen(folder) >= sizeof peers->folder)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "peers: got a path of %zu bytes, need at most %zu", strlen(folder),
-		                     sizeof peers->folder - 1);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "peers: got a path of %zu bytes, need at most %zu",
+		                     strlen(folder), sizeof peers->folder - 1);
 	snprintf(peers->folder, sizeof peers->folder, "%s", folder ? folder : "");
 	return gnp_temporary_folder(peers->meeting, error);
 }
@@ -57,17 +60,21 @@ bool gnp_real_peers_have(const struct gnp_real_peers *peers, const struct gnp_re
 	return access(path, X_OK) == 0;
 }
 
-gnp_status gnp_real_peers_give(struct gnp_real_peers *peers, const struct gnp_real_cloud *cloud, struct gnp_error *error)
+gnp_status gnp_real_peers_give(struct gnp_real_peers *peers, const struct gnp_real_cloud *cloud,
+                               struct gnp_error *error)
 {
 	char path[PATH_SIZE];
 	peers->centres = cloud->centre_count;
-	gnp_status status = gnp_file_write(path_of(peers, CLOUD, path), cloud->points, cloud->count * 3 * sizeof *cloud->points, error);
+	gnp_status status =
+		gnp_file_write(path_of(peers, CLOUD, path), cloud->points, cloud->count * 3 * sizeof *cloud->points, error);
 	if (status == GNP_OK)
-		status = gnp_file_write(path_of(peers, CENTRES, path), cloud->centres, cloud->centre_count * sizeof *cloud->centres, error);
+		status = gnp_file_write(path_of(peers, CENTRES, path), cloud->centres,
+		                        cloud->centre_count * sizeof *cloud->centres, error);
 	return status;
 }
 
-/* Runs the program to its end, its standard output in a file; its exit status, -1 when it did not start or was killed. */
+/* Runs the program to its end, its standard output in a file; its exit status, -1 when it did not start or was killed.
+ */
 static int run_program(const struct gnp_real_peers *peers, char *const arguments[])
 {
 	posix_spawn_file_actions_t actions;
@@ -85,15 +92,16 @@ static int run_program(const struct gnp_real_peers *peers, char *const arguments
 	return state == -1 ? -1 : WEXITSTATUS(state);
 }
 
-static gnp_status take_normals(const struct gnp_real_peers *peers, const struct gnp_real_peer *peer, size_t count, double *normals,
-                               struct gnp_error *error)
+static gnp_status take_normals(const struct gnp_real_peers *peers, const struct gnp_real_peer *peer, size_t count,
+                               double *normals, struct gnp_error *error)
 {
 	char path[PATH_SIZE];
 	struct gnp_buffer file = {0};
 	size_t size = count * peers->centres * 3 * sizeof *normals;
 	gnp_status status = gnp_file_read(path_of(peers, NORMALS, path), &file, error);
 	if (status == GNP_OK && file.size != size)
-		status = gnp_error_set(error, GNP_UNAVAILABLE, "%s: wrote %zu bytes of normals, need %zu", peer->name, file.size, size);
+		status = gnp_error_set(error, GNP_UNAVAILABLE, "%s: wrote %zu bytes of normals, need %zu", peer->name,
+		                       file.size, size);
 	if (status == GNP_OK)
 		memcpy(normals, file.data, size);
 	gnp_buffer_clear(&file);
@@ -120,8 +128,8 @@ static gnp_status take_seconds(const struct gnp_real_peers *peers, const struct 
 	return status;
 }
 
-gnp_status gnp_real_peers_run(const struct gnp_real_peers *peers, const struct gnp_real_peer *peer, const unsigned *k, size_t count,
-                              double *normals, double *seconds, struct gnp_error *error)
+gnp_status gnp_real_peers_run(const struct gnp_real_peers *peers, const struct gnp_real_peer *peer, const unsigned *k,
+                              size_t count, double *normals, double *seconds, struct gnp_error *error)
 {
 	char program[PATH_SIZE], neighbors[128] = "", paths[3][PATH_SIZE];
 	size_t length = 0;

@@ -25,11 +25,13 @@ static struct gnp_real_score score_of_failure(size_t centres)
 	return (struct gnp_real_score){.rms = 90, .median = 90, .sided = NAN, .curvature = NAN, .lost = centres};
 }
 
-static gnp_status judge(struct run *run, size_t c, const struct gnp_real_cloud *cloud, struct gnp_real_row *row, struct gnp_error *error)
+static gnp_status judge(struct run *run, size_t c, const struct gnp_real_cloud *cloud, struct gnp_real_row *row,
+                        struct gnp_error *error)
 {
 	const struct gnp_real_contender *contender = &run->table.contenders[c];
 	struct gnp_error why = {0};
-	gnp_status status = gnp_real_contender_judge(contender, &run->peers, cloud, run->pool, row->scores[c], &run->table.seconds[c], &why);
+	gnp_status status = gnp_real_contender_judge(contender, &run->peers, cloud, run->pool, row->scores[c],
+	                                             &run->table.seconds[c], &why);
 	if (status == GNP_OK)
 		return GNP_OK;
 	if (status == GNP_OUT_OF_MEMORY || status == GNP_CANCELLED)
@@ -91,15 +93,18 @@ static const struct sampling {
 	double noise;
 	enum gnp_real_density density;
 } samplings[] = {
-	{"clean", 0, GNP_REAL_EVEN},          {"noise 0.12 %", 0.0012, GNP_REAL_EVEN}, {"noise 0.6 %", 0.006, GNP_REAL_EVEN},
-	{"noise 1.2 %", 0.012, GNP_REAL_EVEN}, {"stripes", 0, GNP_REAL_STRIPES},       {"gradient", 0, GNP_REAL_GRADIENT},
+	{"clean", 0, GNP_REAL_EVEN},           {"noise 0.12 %", 0.0012, GNP_REAL_EVEN},
+	{"noise 0.6 %", 0.006, GNP_REAL_EVEN}, {"noise 1.2 %", 0.012, GNP_REAL_EVEN},
+	{"stripes", 0, GNP_REAL_STRIPES},      {"gradient", 0, GNP_REAL_GRADIENT},
 };
 
-static gnp_status take_samples(struct run *run, const char *name, const struct gnp_real_mesh *mesh, struct gnp_error *error)
+static gnp_status take_samples(struct run *run, const char *name, const struct gnp_real_mesh *mesh,
+                               struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof samplings / sizeof samplings[0] && status == GNP_OK; i++) {
-		const struct gnp_real_sampling sampling = {run->plan->points, samplings[i].noise, samplings[i].density, gnp_real_cloud_seed(name)};
+		const struct gnp_real_sampling sampling = {run->plan->points, samplings[i].noise, samplings[i].density,
+		                                           gnp_real_cloud_seed(name)};
 		struct gnp_real_cloud cloud;
 		status = gnp_real_cloud_sample(mesh, &sampling, &cloud, error);
 		if (status == GNP_OK)
@@ -108,7 +113,8 @@ static gnp_status take_samples(struct run *run, const char *name, const struct g
 	return status;
 }
 
-static gnp_status take_vertices(struct run *run, const char *name, const struct gnp_real_mesh *mesh, struct gnp_error *error)
+static gnp_status take_vertices(struct run *run, const char *name, const struct gnp_real_mesh *mesh,
+                                struct gnp_error *error)
 {
 	struct gnp_real_cloud cloud;
 	gnp_status status = gnp_real_cloud_vertices(mesh, &cloud, error);
@@ -155,12 +161,14 @@ static gnp_status take_meshes(struct run *run, struct gnp_error *error)
 	struct gnp_buffer list = {0};
 	int length = 0;
 	snprintf(path, sizeof path, "%s/meshes.txt", run->plan->meshes ? run->plan->meshes : "");
-	gnp_status status = run->plan->meshes
-	                        ? gnp_file_read(path, &list, error)
-	                        : gnp_error_set(error, GNP_INVALID_ARGUMENT, "meshes: got none, need a folder as deploy/fetch-meshes.sh fills it");
+	gnp_status status = run->plan->meshes ? gnp_file_read(path, &list, error)
+	                                      : gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                                                      "meshes: got none, need a folder as deploy/fetch-meshes.sh "
+	                                                      "fills it");
 	if (status == GNP_OK)
 		status = gnp_buffer_append(&list, "", 1, error);
-	for (const char *at = (const char *)list.data; status == GNP_OK && sscanf(at, "%63s %15s%n", name, role, &length) == 2; at += length)
+	for (const char *at = (const char *)list.data;
+	     status == GNP_OK && sscanf(at, "%63s %15s%n", name, role, &length) == 2; at += length)
 		if ((strcmp(role, "tune") == 0) == run->plan->tune && is_wanted(run->plan->only, name))
 			status = take_mesh(run, name, error);
 	gnp_buffer_clear(&list);
@@ -217,7 +225,8 @@ static gnp_status add_ablated(struct run *run, const struct gnp_models *models, 
 		enum gnp_ablation_part taken = (enum gnp_ablation_part)part;
 		status = gnp_ablation_models(models, taken, run->plan->points, run->pool, &run->altered[part], error);
 		if (status == GNP_OK)
-			table->contender_count = gnp_real_contender_ablated(run->altered[part], taken, table->contender_count, table->contenders);
+			table->contender_count =
+				gnp_real_contender_ablated(run->altered[part], taken, table->contender_count, table->contenders);
 	}
 	return status;
 }
@@ -246,8 +255,8 @@ static gnp_status fill(struct run *run, const struct gnp_models *models, struct 
 	return status;
 }
 
-gnp_status gnp_real_run(const struct gnp_real_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                        FILE *log, struct gnp_real_table *out, struct gnp_error *error)
+gnp_status gnp_real_run(const struct gnp_real_plan *plan, const struct gnp_models *models, struct gnp_pool *pool,
+                        struct gnp_task *task, FILE *log, struct gnp_real_table *out, struct gnp_error *error)
 {
 	struct run run = {.plan = plan, .pool = pool, .task = task, .log = log, .table = {.plan = *plan}};
 	double begun = gnp_clock();

@@ -12,7 +12,8 @@ const double gnp_real_score_limits[GNP_REAL_WITHIN] = {5, 10, 15};
 
 struct gnp_real_score gnp_real_score_none(void)
 {
-	return (struct gnp_real_score){.rms = NAN, .median = NAN, .within = {NAN, NAN, NAN}, .sided = NAN, .curvature = NAN};
+	return (struct gnp_real_score){
+		.rms = NAN, .median = NAN, .within = {NAN, NAN, NAN}, .sided = NAN, .curvature = NAN};
 }
 
 /* From the sine too, so that small angles are exact. False where there is no direction. */
@@ -28,8 +29,8 @@ static bool angle_between(const double *truth, const double *normal, double *deg
 	return true;
 }
 
-gnp_status gnp_real_score_normals(const double *truth, const uint32_t *at, size_t count, const double *normals, struct gnp_real_score *out,
-                                  struct gnp_error *error)
+gnp_status gnp_real_score_normals(const double *truth, const uint32_t *at, size_t count, const double *normals,
+                                  struct gnp_real_score *out, struct gnp_error *error)
 {
 	struct gnp_real_score score = {.curvature = NAN};
 	double *angles = gnp_array_new(count, sizeof *angles);
@@ -51,8 +52,8 @@ gnp_status gnp_real_score_normals(const double *truth, const uint32_t *at, size_
 	return GNP_OK;
 }
 
-double gnp_real_score_curvature(const double *truth, const double *truth_curvature, const uint32_t *at, size_t count, const double *normals,
-                                const double *curvature)
+double gnp_real_score_curvature(const double *truth, const double *truth_curvature, const uint32_t *at, size_t count,
+                                const double *normals, const double *curvature)
 {
 	double error = 0, size = 0;
 	for (size_t i = 0; i < count; i++) {

@@ -5,8 +5,9 @@
 #include <string.h>
 
 static const char *const names[GNP_REAL_SECTIONS] = {"samples", "vertices", "bodies", "scans"};
-static const char *const titles[GNP_REAL_SECTIONS] = {
-	"Samples on the triangles of meshes", "Vertices of meshes", "Exact bodies and open patches", "Scan lines and a spinning lidar"};
+static const char *const titles[GNP_REAL_SECTIONS] = {"Samples on the triangles of meshes", "Vertices of meshes",
+                                                      "Exact bodies and open patches",
+                                                      "Scan lines and a spinning lidar"};
 static const double ANGLE_LEAST = 0.1; /* degrees; smaller ones are equal */
 
 const char *gnp_real_section_name(unsigned section)
@@ -79,7 +80,8 @@ size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct g
 	return best;
 }
 
-const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender)
+const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row,
+                                                  size_t contender)
 {
 	return &row->scores[contender][gnp_real_table_variant(table, row, contender)];
 }
@@ -123,7 +125,8 @@ static void add_row(const struct gnp_real_table *table, const struct gnp_real_ro
 	sum->sided += score->sided;
 }
 
-struct gnp_real_summary gnp_real_table_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender)
+struct gnp_real_summary gnp_real_table_summary(const struct gnp_real_table *table, enum gnp_real_section section,
+                                               size_t contender)
 {
 	struct gnp_real_summary sum = {.least = 1};
 	size_t pca = gnp_real_table_find(table, "pca");

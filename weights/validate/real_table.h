@@ -19,14 +19,14 @@ const char *gnp_real_section_title(enum gnp_real_section section);
 
 /* What is judged. */
 struct gnp_real_plan {
-	const char *meshes;  /* folder with meshes.txt and its files */
-	const char *peers;   /* folder of programs; NULL: none */
-	const char *only;    /* names of meshes with commas; NULL: all */
-	size_t points;       /* on the triangles of a mesh */
-	size_t centres;      /* a cloud; 0: all */
-	unsigned sections;   /* mask */
-	bool tune;           /* the meshes for decisions in training alone, instead of those that judge */
-	bool ablate;         /* each model with parts of it taken away, too */
+	const char *meshes; /* folder with meshes.txt and its files */
+	const char *peers;  /* folder of programs; NULL: none */
+	const char *only;   /* names of meshes with commas; NULL: all */
+	size_t points;      /* on the triangles of a mesh */
+	size_t centres;     /* a cloud; 0: all */
+	unsigned sections;  /* mask */
+	bool tune;          /* the meshes for decisions in training alone, instead of those that judge */
+	bool ablate;        /* each model with parts of it taken away, too */
 };
 /* 100,000 points and 5,000 centres; quick: 20,000 and 500, without peers. */
 struct gnp_real_plan gnp_real_plan_full(void);
@@ -49,7 +49,7 @@ struct gnp_real_table {
 	struct gnp_real_mesh_fact {
 		char name[64];
 		size_t vertices, triangles;
-	} *meshes; /* (mesh_count) */
+	} * meshes; /* (mesh_count) */
 };
 void gnp_real_table_clear(struct gnp_real_table *table);
 
@@ -62,23 +62,26 @@ double gnp_real_table_figure(const struct gnp_real_row *row, size_t contender, s
 /* A contender's best variant in a row by that. */
 size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender);
 /* The score of the best variant. */
-const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender);
+const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row,
+                                                  size_t contender);
 /* The contender of a name; contender_count when there is none. */
 size_t gnp_real_table_find(const struct gnp_real_table *table, const char *name);
 
-/* One contender over the rows of a section. Ratios are of figures, none of which counts as below a tenth of a degree. */
+/* One contender over the rows of a section. Ratios are of figures, none of which counts as below a tenth of a degree.
+ */
 struct gnp_real_summary {
 	size_t rows;
-	double ratio;     /* mean of its figure over that of the best PCA */
-	double best;      /* share of rows where no other contender is better */
-	double worst;     /* largest ratio to the best other contender */
-	double mean;      /* of its figure [degrees] */
+	double ratio;                   /* mean of its figure over that of the best PCA */
+	double best;                    /* share of rows where no other contender is better */
+	double worst;                   /* largest ratio to the best other contender */
+	double mean;                    /* of its figure [degrees] */
 	double within[GNP_REAL_WITHIN]; /* means of the shares */
-	double least;     /* the smallest share within 15 degrees */
+	double least;                   /* the smallest share within 15 degrees */
 	double sided;
 };
 /* Other contenders are those that are not ablated ones. */
-struct gnp_real_summary gnp_real_table_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender);
+struct gnp_real_summary gnp_real_table_summary(const struct gnp_real_table *table, enum gnp_real_section section,
+                                               size_t contender);
 
 /* Errors of writing are left in the stream. */
 void gnp_real_table_write_text(const struct gnp_real_table *table, FILE *out);

@@ -55,8 +55,8 @@ static void write_summary_row(const struct gnp_real_table *table, enum gnp_real_
 {
 	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, contender);
 	fprintf(out, "%s%-12s", style->begin, table->contenders[contender].name);
-	fprintf(out, "%s%6.3f%s%6.1f%s%6.2f%s", style->between, sum.ratio, style->between, 100 * sum.best, style->between, sum.worst,
-	        style->between);
+	fprintf(out, "%s%6.3f%s%6.1f%s%6.2f%s", style->between, sum.ratio, style->between, 100 * sum.best, style->between,
+	        sum.worst, style->between);
 	write_angle(sum.mean, out);
 	for (int limit = 0; limit < GNP_REAL_WITHIN; limit++) {
 		fputs(style->between, out);
@@ -69,7 +69,8 @@ static void write_summary_row(const struct gnp_real_table *table, enum gnp_real_
 	fprintf(out, "%s\n", style->end);
 }
 
-static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, const struct style *style, FILE *out)
+static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, const struct style *style,
+                          FILE *out)
 {
 	static const char *const heads[] = {"to PCA", "best %", "worst", "angle", "< 5", "< 10", "< 15", "least", "side"};
 	enum { HEADS = sizeof heads / sizeof heads[0] };
@@ -86,9 +87,11 @@ static void write_summary(const struct gnp_real_table *table, enum gnp_real_sect
 
 /* ---- Clouds ---- */
 
-static void write_cloud(const struct gnp_real_table *table, const struct gnp_real_row *row, const struct style *style, FILE *out)
+static void write_cloud(const struct gnp_real_table *table, const struct gnp_real_row *row, const struct style *style,
+                        FILE *out)
 {
-	fprintf(out, "%s%-18s%s%-18s%s%7zu", style->begin, row->cloud, style->between, row->variant, style->between, row->points);
+	fprintf(out, "%s%-18s%s%-18s%s%7zu", style->begin, row->cloud, style->between, row->variant, style->between,
+	        row->points);
 	for (size_t c = 0; c < table->contender_count; c++) {
 		if (!is_whole(table, c))
 			continue;
@@ -102,7 +105,8 @@ static void write_cloud(const struct gnp_real_table *table, const struct gnp_rea
 	fprintf(out, "%s\n", style->end);
 }
 
-static void write_clouds(const struct gnp_real_table *table, enum gnp_real_section section, const struct style *style, FILE *out)
+static void write_clouds(const struct gnp_real_table *table, enum gnp_real_section section, const struct style *style,
+                         FILE *out)
 {
 	size_t columns = 1;
 	fprintf(out, "%s%-18s%s%-18s%s%7s", style->begin, "cloud", style->between, "sampling", style->between, "points");
@@ -157,7 +161,8 @@ static void write_seconds(const struct gnp_real_table *table, const struct style
 	write_rule(style, 1, 1, out);
 	for (size_t c = 0; c < table->contender_count; c++)
 		if (is_whole(table, c))
-			fprintf(out, "%s%-12s%s%8.1f%s\n", style->begin, table->contenders[c].name, style->between, table->seconds[c], style->end);
+			fprintf(out, "%s%-12s%s%8.1f%s\n", style->begin, table->contenders[c].name, style->between,
+			        table->seconds[c], style->end);
 	fputc('\n', out);
 }
 
@@ -170,7 +175,8 @@ static double ratio_to_whole(const struct gnp_real_table *table, enum gnp_real_s
 	double sum = 0;
 	for (size_t r = 0; r < table->row_count; r++)
 		if (table->rows[r].section == section) {
-			sum += gnp_real_table_figure(&table->rows[r], contender, 0) / gnp_real_table_figure(&table->rows[r], whole, 0);
+			sum +=
+				gnp_real_table_figure(&table->rows[r], contender, 0) / gnp_real_table_figure(&table->rows[r], whole, 0);
 			rows++;
 		}
 	return sum / (double)rows;
@@ -189,7 +195,10 @@ static void write_ablation(const struct gnp_real_table *table, const struct styl
 		fprintf(out, "%s%-12s%s%-18s", style->begin, table->contenders[c].name, style->between,
 		        gnp_ablation_name(table->contenders[c].part));
 		for (int s = 0; s < GNP_REAL_SECTIONS; s++)
-			fprintf(out, "%s%8.3f", style->between, ratio_to_whole(table, (enum gnp_real_section)s, c));
+			if (rows_of(table, (enum gnp_real_section)s) > 0)
+				fprintf(out, "%s%8.3f", style->between, ratio_to_whole(table, (enum gnp_real_section)s, c));
+			else
+				fprintf(out, "%s%8s", style->between, "-");
 		fprintf(out, "%s\n", style->end);
 	}
 	fputc('\n', out);
@@ -221,39 +230,52 @@ static void write_meshes(const struct gnp_real_table *table, FILE *out)
 	fprintf(out, "%s (`deploy/fetch-meshes.sh`), with their triangles:\n",
 	        table->plan.tune ? "The meshes for decisions in training" : "The meshes that judge and are not trained on");
 	for (size_t i = 0; i < table->mesh_count; i++)
-		fprintf(out, "%s%s %zu%s", i > 0 && i % 6 == 0 ? "\n" : i > 0 ? " " : "", table->meshes[i].name, table->meshes[i].triangles,
-		        i + 1 < table->mesh_count ? "," : ".\n\n");
+		fprintf(out, "%s%s %zu%s",
+		        i > 0 && i % 6 == 0 ? "\n"
+		        : i > 0             ? " "
+		                            : "",
+		        table->meshes[i].name, table->meshes[i].triangles, i + 1 < table->mesh_count ? "," : ".\n\n");
 }
 
 static void write_introduction(const struct gnp_real_table *table, FILE *out)
 {
-	fputs("# Real surfaces\n\n"
-	      "Written by `make validate-real`: normals of clouds without given ones, on surfaces that nobody made for us. ", out);
+	fputs("# Real surfaces\n\nWritten by `make validate-real`: normals of clouds without given ones, on surfaces\n"
+	      "that nobody made for us. ", out);
 	if (table->plan.centres > 0)
-		fprintf(out, "Judged are %zu points a cloud,\ndrawn by seeds of validation. ", table->plan.centres);
+		fprintf(out, "Judged are %zu points a cloud, drawn by seeds of validation.\n", table->plan.centres);
 	else
-		fputs("Judged are all points. ", out);
-	fputs("Angles are in degrees between lines, so that sides do not count; root mean squares, of vertices\n"
-	      "medians. What gives no normal counts as 90. `gnp` is the default, whose weights go by the cloud; then its models by name, our\n"
-	      "estimators without weights, plain PCA, and programs of others (`tests/peers`). In parentheses: the neighbours taken, the point itself\n"
-	      "included; of 10, 18, 30, 50 and 112 the best for each cloud counts, which nobody knows beforehand.\n\n"
-	      "Summaries: `to PCA` is the mean ratio to the best PCA; `best %` the share of clouds on which nobody else is better; `worst` the\n"
-	      "largest ratio to the best of the others; `angle` the mean figure; `< 5`, `< 10`, `< 15` the shares of points within so many degrees;\n"
-	      "`least` the smallest share within 15 on any cloud; `side` the share of normals on the truth's side. Ratios take no angle for less than\n"
-	      "a tenth of a degree.\n\n", out);
+		fputs("Judged are all points.\n", out);
+	fputs("Angles are in degrees between lines, so that sides do not count; root mean squares, of vertices medians.\n"
+	      "What gives no normal counts as 90. `gnp` is the default, whose weights go by the cloud; then its models\n"
+	      "by name, our estimators without weights, plain PCA, and programs of others (`tests/peers`). In\n"
+	      "parentheses: the neighbours taken, the point itself included; of 10, 18, 30, 50 and 112 the best for\n"
+	      "each cloud counts, which nobody knows beforehand.\n\n"
+	      "Summaries: `to PCA` is the mean ratio to the best PCA; `best %` the share of clouds on which nobody else\n"
+	      "is better; `worst` the largest ratio to the best of the others; `angle` the mean figure; `< 5`, `< 10`,\n"
+	      "`< 15` the shares of points within so many degrees; `least` the smallest share within 15 on any cloud;\n"
+	      "`side` the share of normals on the truth's side. Ratios take no angle for less than a tenth of a\n"
+	      "degree.\n\n",
+	      out);
 	if (table->plan.points != gnp_real_plan_full().points)
-		fprintf(out, "Written with `--points %zu`: samples on triangles are so many, where PCPNet's protocol has 100,000.\n\n", table->plan.points);
+		fprintf(out, "Written with `--points %zu`: the samples on triangles; PCPNet's protocol has 100,000.\n\n",
+		        table->plan.points);
 	write_meshes(table, out);
 }
 
 static const char *const notes[GNP_REAL_SECTIONS] = {
-	[GNP_REAL_SAMPLES] = "PCPNet's protocol: points drawn on the triangles by area, isotropic Gaussian noise in per cent of the bounding box's diagonal; stripes:\n"
-	                     "twenty across the longest side, every other one with a tenth of the density; gradient: the density falls to a tenth. The truth is\n"
-	                     "the triangle's normal.\n",
-	[GNP_REAL_VERTICES] = "The truth is the mean of the triangles' normals about a vertex, weighed by area; figures are medians.\n",
-	[GNP_REAL_BODIES] = "Smooth surfaces, and a body of each kind with creases, rims, thin sheets or tips (`core/shapes/solid.h`), of which points within a\n"
-	                    "spacing of those are not judged, but where \"edges too\" is said. Noise in mean spacings, isotropic.\n",
-	[GNP_REAL_SCANS] = "Rows are 8 times as far apart as points in a row; noise in spacings within a row. The lidar has 32 beams; noise along the beam.\n",
+	[GNP_REAL_SAMPLES] =
+		"PCPNet's protocol: points drawn on the triangles by area, isotropic Gaussian noise in per cent of the\n"
+		"bounding box's diagonal; stripes: twenty across the longest side, every other one with a tenth of the\n"
+		"density; gradient: the density falls to a tenth. The truth is the triangle's normal.\n",
+	[GNP_REAL_VERTICES] =
+		"The truth is the mean of the triangles' normals about a vertex, weighed by area; figures are medians.\n",
+	[GNP_REAL_BODIES] =
+		"Smooth surfaces, and a body of each kind with creases, rims, thin sheets or tips\n"
+		"(`core/shapes/solid.h`), of which points within a spacing of those are not judged, but where \"edges too\"\n"
+		"is said. Noise in mean spacings, isotropic.\n",
+	[GNP_REAL_SCANS] =
+		"Rows are 8 times as far apart as points in a row; noise in spacings within a row. The lidar has 32\n"
+		"beams; noise along the beam.\n",
 };
 
 void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out)
@@ -270,13 +292,16 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 			write_curvatures(table, &bars, out);
 	}
 	if (table->plan.ablate) {
-		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing.\n", out);
+		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing.\n",
+		      out);
 		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
 			fprintf(out, "%s: %s. ", gnp_ablation_name(part), gnp_ablation_help(part));
 		fputs("\n\n", out);
 		write_ablation(table, &bars, out);
 	}
-	fprintf(out, "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search of neighbours included. The whole table took\n%.0f s.\n\n",
+	fprintf(out,
+	        "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search "
+	        "of neighbours included. The whole table took\n%.0f s.\n\n",
 	        table->wall);
 	write_seconds(table, &bars, out);
 }

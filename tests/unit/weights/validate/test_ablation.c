@@ -36,7 +36,8 @@ static bool is_head(const struct gnp_parameter_row *row)
 
 static bool same(const struct gnp_model *a, const struct gnp_model *b, const struct gnp_parameter_row *row)
 {
-	return memcmp(a->network->parameters + row->offset, b->network->parameters + row->offset, row->count * sizeof(float)) == 0;
+	return memcmp(a->network->parameters + row->offset, b->network->parameters + row->offset,
+	              row->count * sizeof(float)) == 0;
 }
 
 static void a_whole_model_stays_as_it_is(void)
@@ -55,7 +56,8 @@ static void without_its_trunk_the_head_is_told_nothing_of_it(void)
 	struct gnp_models *altered = alter(GNP_ABLATION_REMOVED, &model);
 	const struct gnp_layout *layout = &model->network->layout;
 	const struct gnp_parameter_row *first = gnp_layout_find(layout, "head.0.weight");
-	const float *own = model->network->parameters + first->offset, *before = whole()->network->parameters + first->offset;
+	const float *own = model->network->parameters + first->offset;
+	const float *before = whole()->network->parameters + first->offset;
 	for (size_t r = 0; r < layout->rows; r++)
 		CHECK(same(model, whole(), &layout->row[r]) == (&layout->row[r] != first));
 	for (size_t i = 0; i < first->count; i++)
@@ -87,7 +89,8 @@ static void constant_outputs_are_the_mean_ones(void)
 	const struct gnp_model *model;
 	struct gnp_models *altered = alter(GNP_ABLATION_CONSTANT, &model);
 	const struct gnp_layout *layout = &model->network->layout;
-	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight"), *bias = gnp_layout_find(layout, "head.4.bias");
+	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight");
+	const struct gnp_parameter_row *bias = gnp_layout_find(layout, "head.4.bias");
 	float before[64], after[64];
 	CHECK(gnp_ablation_mean_outputs(whole(), POINTS, pool, before, NULL) == GNP_OK);
 	CHECK(gnp_ablation_mean_outputs(model, POINTS, pool, after, NULL) == GNP_OK);

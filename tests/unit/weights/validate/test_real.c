@@ -23,7 +23,8 @@ static const char *path_of(const char *name)
 
 /* A box of sides 1, 2 and 3, two triangles a side, turned outward. */
 static const double corners[24] = {0, 0, 0, 1, 0, 0, 1, 2, 0, 0, 2, 0, 0, 0, 3, 1, 0, 3, 1, 2, 3, 0, 2, 3};
-static const uint32_t sides[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 3, 6, 2, 3, 7, 6, 0, 7, 3, 0, 4, 7, 1, 2, 6, 1, 6, 5};
+static const uint32_t sides[36] = {0, 2, 1, 0, 3, 2, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
+                                   3, 6, 2, 3, 7, 6, 0, 7, 3, 0, 4, 7, 1, 2, 6, 1, 6, 5};
 
 static struct gnp_real_mesh box(void)
 {
@@ -35,12 +36,15 @@ static struct gnp_real_mesh box(void)
 /* ---- Meshes ---- */
 
 /* As deploy/mesh-to-triangles.js writes it; damage: 0 none, 1 a corner too many, 2 not finite, 3 a byte too few. */
-static void write_ply(const char *name, const double *vertices, uint32_t vertex_count, const uint32_t *triangles, uint32_t triangle_count,
-                      int damage)
+static void write_ply(const char *name, const double *vertices, uint32_t vertex_count, const uint32_t *triangles,
+                      uint32_t triangle_count, int damage)
 {
 	FILE *out = fopen(path_of(name), "wb");
-	fprintf(out, "ply\nformat binary_little_endian 1.0\nelement vertex %u\nproperty float x\nproperty float y\nproperty float z\n"
-	             "element face %u\nproperty list uchar int vertex_indices\nend_header\n", vertex_count, triangle_count);
+	fprintf(out,
+	        "ply\nformat binary_little_endian 1.0\nelement vertex %u\n"
+	        "property float x\nproperty float y\nproperty float z\n"
+	        "element face %u\nproperty list uchar int vertex_indices\nend_header\n",
+	        vertex_count, triangle_count);
 	for (size_t i = 0; i < 3 * (size_t)vertex_count; i++) {
 		float value = damage == 2 && i == 5 ? NAN : (float)vertices[i];
 		fwrite(&value, sizeof value, 1, out);
@@ -81,7 +85,8 @@ static void a_mesh_is_read_with_its_area_and_size(void)
 
 static void damaged_meshes_are_refused(void)
 {
-	static const char *const texts[] = {"face 7: got corner 8, there are 8 vertices", "vertex 1: not finite", "bytes, need"};
+	static const char *const texts[] = {"face 7: got corner 8, there are 8 vertices", "vertex 1: not finite",
+	                                    "bytes, need"};
 	for (int damage = 1; damage <= 3; damage++) {
 		struct gnp_real_mesh mesh;
 		struct gnp_error error = {0};
@@ -118,7 +123,8 @@ static void vertices_get_the_mean_of_their_triangles_by_area(void)
 
 /* ---- Samples ---- */
 
-static struct gnp_real_cloud sample(const struct gnp_real_mesh *mesh, size_t count, double noise, enum gnp_real_density density)
+static struct gnp_real_cloud sample(const struct gnp_real_mesh *mesh, size_t count, double noise,
+                                    enum gnp_real_density density)
 {
 	const struct gnp_real_sampling sampling = {count, noise, density, gnp_real_cloud_seed("box")};
 	struct gnp_real_cloud cloud;
@@ -168,12 +174,14 @@ static void noise_is_in_units_of_the_diagonal(void)
 	gnp_real_mesh_clear(&mesh);
 }
 
-/* Along the longest side, z: twenty stripes, of which the odd ones have a tenth; the gradient's density at z = 3 is a tenth of that at 0. */
+/* Along the longest side, z: twenty stripes, of which the odd ones have a tenth; the gradient's density at z = 3 is a
+ * tenth of that at 0. */
 static void densities_are_as_their_names_say(void)
 {
 	enum { N = 40000 };
 	struct gnp_real_mesh mesh = box();
-	struct gnp_real_cloud stripes = sample(&mesh, N, 0, GNP_REAL_STRIPES), gradient = sample(&mesh, N, 0, GNP_REAL_GRADIENT);
+	struct gnp_real_cloud stripes = sample(&mesh, N, 0, GNP_REAL_STRIPES);
+	struct gnp_real_cloud gradient = sample(&mesh, N, 0, GNP_REAL_GRADIENT);
 	double dense = 0, sparse = 0, low = 0, high = 0;
 	for (size_t i = 0; i < N; i++) {
 		double along = stripes.points[3 * i + 2] / 3 * 20, z = gradient.points[3 * i + 2];
@@ -208,7 +216,8 @@ static void centres_are_distinct_and_of_those_that_may_be_judged(void)
 	CHECK(gnp_real_cloud_choose(&cloud, 0, 1, NULL) == GNP_OK && cloud.centre_count == 50);
 	gnp_real_cloud_clear(&cloud);
 	CHECK(gnp_real_cloud_seed("a") >= GNP_SEED_REAL && gnp_real_cloud_seed("a") != gnp_real_cloud_seed("b"));
-	CHECK(gnp_seed_is_validation(gnp_real_cloud_seed("a")) && gnp_seed_check_training(gnp_real_cloud_seed("a"), NULL) != GNP_OK);
+	CHECK(gnp_seed_is_validation(gnp_real_cloud_seed("a")) &&
+	      gnp_seed_check_training(gnp_real_cloud_seed("a"), NULL) != GNP_OK);
 }
 
 /* ---- Scans and bodies ---- */
@@ -244,11 +253,13 @@ static void the_lidar_sees_what_faces_it(void)
 		const double *p = cloud.points + 3 * i, *n = cloud.normals + 3 * i;
 		CHECK(gnp_dot(p, n) < 0);
 		CHECK_NEAR(gnp_dot(n, n), 1, 1e-12);
-		bool wall = fabs(fabs(p[0]) - 5) < 1e-9 || fabs(fabs(p[1]) - 4) < 1e-9 || fabs(p[2] + 1.2) < 1e-9 || fabs(p[2] - 1.8) < 1e-9;
+		bool wall = fabs(fabs(p[0]) - 5) < 1e-9 || fabs(fabs(p[1]) - 4) < 1e-9 || fabs(p[2] + 1.2) < 1e-9 ||
+		            fabs(p[2] - 1.8) < 1e-9;
 		on_walls += wall;
 		on_boxes += !wall;
 		CHECK(fabs(p[0]) < 5 + 1e-9 && fabs(p[1]) < 4 + 1e-9 && p[2] > -1.2 - 1e-9 && p[2] < 1.8 + 1e-9);
-		CHECK(!(p[0] > 1.5 + 1e-9 && p[0] < 2.7 - 1e-9 && p[1] > -2 + 1e-9 && p[1] < -0.8 - 1e-9 && p[2] < -0.2 - 1e-9));
+		CHECK(
+			!(p[0] > 1.5 + 1e-9 && p[0] < 2.7 - 1e-9 && p[1] > -2 + 1e-9 && p[1] < -0.8 - 1e-9 && p[2] < -0.2 - 1e-9));
 	}
 	CHECK(on_walls > 15000 && on_boxes > 3000);
 	gnp_real_cloud_clear(&cloud);
@@ -319,7 +330,8 @@ static void angles_are_those_put_in(void)
 
 static void curvature_goes_with_its_normal(void)
 {
-	const double truth[6] = {0, 0, 1, 0, 0, 1}, known[2] = {-1, 2}, normals[6] = {0, 0, 1, 0, 0, -1}, estimated[2] = {-1.1, -2};
+	const double truth[6] = {0, 0, 1, 0, 0, 1}, known[2] = {-1, 2}, normals[6] = {0, 0, 1, 0, 0, -1};
+	const double estimated[2] = {-1.1, -2};
 	const uint32_t at[2] = {0, 1};
 	const double zero[2] = {0, 0};
 	CHECK_NEAR(gnp_real_score_curvature(truth, known, at, 2, normals, estimated), 0.1 / sqrt(5), 1e-12);
@@ -355,7 +367,8 @@ static struct gnp_real_table small_table(void)
 static void summaries_compare_with_the_best_variant(void)
 {
 	struct gnp_real_table table = small_table();
-	CHECK(gnp_real_table_variant(&table, &table.rows[0], 1) == 1 && gnp_real_table_variant(&table, &table.rows[1], 1) == 0);
+	CHECK(gnp_real_table_variant(&table, &table.rows[0], 1) == 1 &&
+	      gnp_real_table_variant(&table, &table.rows[1], 1) == 0);
 	const struct gnp_real_summary one = gnp_real_table_summary(&table, GNP_REAL_SAMPLES, 0);
 	CHECK(one.rows == 2);
 	CHECK_NEAR(one.ratio, (2.0 / 4 + 9.0 / 3) / 2, 1e-12);
@@ -381,7 +394,8 @@ static void the_table_is_written_three_ways(void)
 	gnp_real_table_write_markdown(&table, out);
 	gnp_real_table_write_json(&table, out);
 	fclose(out);
-	CHECK_CONTAINS(text, "| cloud 1            | clean              |       0 |        9.00 |   3.00 (10) |        6.00 |");
+	CHECK_CONTAINS(text, "| cloud 1            | clean              |       0 "
+	                     "|        9.00 |   3.00 (10) |        6.00 |");
 	CHECK_CONTAINS(text, "| one          |  1.750 |   50.0 |   3.00 |   5.50 |");
 	CHECK_CONTAINS(text, "Judged are 7 points a cloud");
 	CHECK_CONTAINS(text, "{\"contender\": \"pca\", \"part\": \"whole\", \"k\": 18, \"rms\": 4, \"median\": null");
@@ -406,7 +420,8 @@ static void write_ring(void)
 			vertex[0] = (2 + cos(b)) * cos(a);
 			vertex[1] = (2 + cos(b)) * sin(a);
 			vertex[2] = sin(b);
-			const uint32_t four[6] = {i * ACROSS + j, right * ACROSS + j, right * ACROSS + up, i * ACROSS + j, right * ACROSS + up, i * ACROSS + up};
+			const uint32_t four[6] = {i * ACROSS + j, right * ACROSS + j,  right * ACROSS + up,
+			                          i * ACROSS + j, right * ACROSS + up, i * ACROSS + up};
 			memcpy(corner, four, sizeof four);
 		}
 	write_ply("ring.ply", vertices, ROUND * ACROSS, triangles, 2 * ROUND * ACROSS, 0);
@@ -419,7 +434,7 @@ static void write_ring(void)
 static void write_peers(void)
 {
 	FILE *out = fopen(path_of("open3d"), "w");
-	fputs("#!/bin/sh\nhead -c $((5 * 6 * $(wc -c <\"$4\"))) /dev/zero >\"$5\"\necho 0.25\n", out); /* 24 bytes for each of 4 */
+	fputs("#!/bin/sh\nhead -c $((5 * 6 * $(wc -c <\"$4\"))) /dev/zero >\"$5\"\necho 0.25\n", out); /* 24 bytes for 4 */
 	fclose(out);
 	out = fopen(path_of("cgal"), "w");
 	fputs("#!/bin/sh\nexit 3\n", out);
@@ -436,7 +451,8 @@ static void remove_files(void)
 
 static struct gnp_real_table run(unsigned workers, unsigned sections, FILE *log)
 {
-	const struct gnp_real_plan plan = {.meshes = folder, .peers = folder, .points = 3000, .centres = 150, .sections = sections};
+	const struct gnp_real_plan plan = {
+		.meshes = folder, .peers = folder, .points = 3000, .centres = 150, .sections = sections};
 	struct gnp_real_table table = {0};
 	struct gnp_pool *own;
 	struct gnp_error error = {0};
@@ -462,9 +478,11 @@ static void a_run_judges_every_cloud_alike_for_any_worker_count(void)
 	CHECK_CONTAINS(said, "skipped: pcl_mls\n");
 	CHECK_CONTAINS(said, "ring, noise 1.2 %: cgal_jets failed: ");
 	free(said);
-	CHECK(one.row_count == 7 && two.row_count == 7 && one.mesh_count == 1 && one.meshes[0].triangles == 2 * ROUND * ACROSS);
+	CHECK(one.row_count == 7 && two.row_count == 7 && one.mesh_count == 1 &&
+	      one.meshes[0].triangles == 2 * ROUND * ACROSS);
 	CHECK(gnp_real_table_find(&one, "pcl_pca") == one.contender_count);
-	size_t adaptive = gnp_real_table_find(&one, "adaptive"), pca = gnp_real_table_find(&one, "pca"), none = gnp_real_table_find(&one, "open3d_pca");
+	size_t adaptive = gnp_real_table_find(&one, "adaptive"), pca = gnp_real_table_find(&one, "pca");
+	size_t none = gnp_real_table_find(&one, "open3d_pca");
 	CHECK_NEAR(one.seconds[none], 7 * 0.25, 1e-9);
 	for (size_t r = 0; r < one.row_count; r++) {
 		CHECK(memcmp(one.rows[r].scores, two.rows[r].scores, sizeof one.rows[r].scores) == 0);
@@ -475,7 +493,8 @@ static void a_run_judges_every_cloud_alike_for_any_worker_count(void)
 	CHECK_AT_MOST(gnp_real_table_score(&one, &one.rows[0], adaptive)->rms, 4); /* facets of 6 to 12 degrees */
 	CHECK_AT_MOST(gnp_real_table_score(&one, &one.rows[0], pca)->rms, 5);
 	CHECK(one.rows[0].scores[adaptive][0].sided > 0.99 && isnan(one.rows[0].scores[pca][0].sided));
-	CHECK(gnp_real_table_score(&one, &one.rows[3], pca)->rms > 1.5 * gnp_real_table_score(&one, &one.rows[0], pca)->rms);
+	CHECK(gnp_real_table_score(&one, &one.rows[3], pca)->rms >
+	      1.5 * gnp_real_table_score(&one, &one.rows[0], pca)->rms);
 	gnp_real_table_clear(&one);
 	gnp_real_table_clear(&two);
 }
