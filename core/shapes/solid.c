@@ -64,7 +64,7 @@ static gnp_status check_options(const struct gnp_solid_options *options, struct 
 /* Draws bodies until boolean operations leave enough of one; without them the first is good. */
 static void body_make(struct making *making, struct gnp_solid_survey *survey)
 {
-	static const double ENOUGH = 0.15;
+	static const double ENOUGH = 0.25;
 	const struct gnp_solid_options *options = making->options;
 	struct gnp_solid_body *body = &making->body;
 	struct gnp_random random;

@@ -100,7 +100,8 @@ struct search {
 
 static const double NEAR = 1.5, REACH = 0.2; /* in spacings: where points are pulled from; half a stroke's length */
 
-/* Moves x by the shortest step to where both levels vanish to first order. False where the surfaces are nearly tangent. */
+/* Moves x by the shortest step to where both levels vanish to first order. False where the surfaces are nearly
+ * tangent. */
 static bool pull_step(const struct gnp_solid_face *a, const struct gnp_solid_face *b, double x[3], double g[3], double h[3],
                       double *miss)
 {

@@ -1,7 +1,7 @@
 /* Distances to the creases, rims and tips of a body.
  *
- * They are covered by short straight strokes: those along its curves follow from parameters; those where faces of primitives cross
- * are found by pulling points drawn near the crossing onto both surfaces. Overlaps do no harm. */
+ * They are covered by short straight strokes: those along its curves follow from parameters; those where faces of
+ * primitives cross are found by pulling points drawn near the crossing onto both surfaces. Overlaps do no harm. */
 #ifndef GNP_CORE_SOLID_CREASE_H
 #define GNP_CORE_SOLID_CREASE_H
 

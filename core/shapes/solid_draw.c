@@ -90,8 +90,8 @@ static int draw_compare(const void *a, const void *b)
 	return gnp_double_compare(&p->along, &q->along);
 }
 
-/* Walks along the rows and leaves out what is nearer than step to one of its row taken before; returns how many are taken. A
- * step along a row is no shorter than what it adds to `along`. */
+/* Walks along the rows and leaves out what is nearer than step to one of its row taken before; returns how many are
+ * taken. A step along a row is no shorter than what it adds to `along`. */
 static size_t rows_walk(const struct gnp_solid_draws *draws, double step, uint32_t *taken)
 {
 	size_t made = 0;
@@ -239,7 +239,8 @@ static void directions_draw(struct pattern *pattern, const struct gnp_solid_surv
 		pattern->phase[way] = gnp_random_uniform(random);
 }
 
-/* A body may slip between the rows, as a thin tube may: then other directions are tried, and rows less far from each other. */
+/* A body may slip between the rows, as a thin tube may: then other directions are tried, and rows less far from each
+ * other. */
 static void rows_draw(struct drawing *drawing, const struct gnp_solid_survey *survey, double spacing, struct gnp_random *random)
 {
 	enum { ATTEMPTS = 12 };

@@ -1,4 +1,5 @@
-/* Bodies with creases: that points, normals, second forms, pieces and edge distances are true, and samplings what they are called. */
+/* Bodies with creases: that points, normals, second forms, pieces and edge distances are true, and samplings what
+ * they are called. */
 #include "tests/unit/test.h"
 
 #include "core/base/random.h"
@@ -231,7 +232,8 @@ static void points_of_boolean_bodies_part_inside_from_outside(void)
 
 /* ---- Pieces ---- */
 
-/* Within a spacing of each other on one piece, points fit each other's paraboloids; elsewhere near each other, there is an edge. */
+/* Within a spacing of each other on one piece, points fit each other's paraboloids; elsewhere near each other, there
+ * is an edge. */
 static void neighbors_of_a_piece_fit_its_geometry(void)
 {
 	for (int kind = 0; kind < GNP_SOLID_KIND_COUNT; kind++)
