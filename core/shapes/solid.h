@@ -68,20 +68,20 @@ struct gnp_solid_sample {
 	double *points;      /* (count, 3) exactly on the surface */
 	double *normals;     /* (count, 3) outward unit; of an open sheet, the same side throughout */
 	double *second_form; /* (count, 3, 3) II as an ambient symmetric tensor, as in struct gnp_sample */
-	uint32_t *piece;     /* (count) the same number where faces join with continuous normals, as a fillet does with what it rounds:
-	                        two points are of one smooth (G1) piece if and only if the numbers are equal. A piece that is cut in
-	                        two, as a plane by a groove, keeps one number, and so do both sides of a rounded thin body: equal
-	                        numbers do not say near. Fillets of less than half a spacing count as creases, with a piece for every
-	                        face beside and between. */
-	double *edge;        /* (count) distance to the nearest crease (normals jump by more than 10 degrees), rim or sharp tip, to a
-	                        fifth of a spacing where it is small; through space. INFINITY where there is none */
+	uint32_t *piece;     /* (count) number of the smooth (G1) piece: faces that join with continuous normals, as a
+	                        fillet with what it rounds, have the same number, others do not. A piece that is cut
+	                        in two, as a plane by a groove, keeps one number, and so do both sides of a rounded
+	                        thin body: equal numbers do not say near. Fillets of less than half a spacing count
+	                        as creases, with a piece for every face beside and between */
+	double *edge;        /* (count) distance through space to the nearest crease (normals jump by more than 10
+	                        degrees), rim or sharp tip, to a fifth of a spacing. INFINITY where there is none */
 	double spacing;      /* root of area / count */
 };
 
 /* Deterministic in the options for any worker count; the body depends on seed, kind and count alone.
  * GNP_INVALID_ARGUMENT names the option. On failure *out is unchanged. */
-gnp_status gnp_solid_sample_create(const struct gnp_solid_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                                   struct gnp_solid_sample *out, struct gnp_error *error);
+gnp_status gnp_solid_sample_create(const struct gnp_solid_options *options, struct gnp_pool *pool,
+                                   struct gnp_task *task, struct gnp_solid_sample *out, struct gnp_error *error);
 void gnp_solid_sample_clear(struct gnp_solid_sample *sample);
 
 #endif

@@ -41,8 +41,8 @@ struct gnp_solid_frame gnp_solid_frame_at(double x, double y, double z);
 struct gnp_solid_frame gnp_solid_frame_random(struct gnp_random *random);
 
 /* Faces are numbered in the order they are added; each of these returns the new face's number. */
-int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3], const double b[3],
-                        bool triangle); /* outside is along a x b */
+int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3],
+                        const double b[3], bool triangle); /* outside is along a x b */
 int gnp_solid_body_frustum(struct gnp_solid_body *body, uint32_t piece, const struct gnp_solid_frame *frame,
                            const struct gnp_solid_frustum *frustum);
 int gnp_solid_body_arc(struct gnp_solid_body *body, uint32_t piece, const struct gnp_solid_frame *frame,
@@ -69,7 +69,8 @@ int gnp_solid_body_side(const struct gnp_solid_body *body, const struct gnp_soli
 
 /* True when the surfaces of two faces of primitives cross in a crease of the body at x, a point of both surfaces
  * with these gradients of their levels. */
-bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a, const struct gnp_solid_face *b,
-                            const double x[3], const double gradient_a[3], const double gradient_b[3]);
+bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a,
+                            const struct gnp_solid_face *b, const double x[3], const double gradient_a[3],
+                            const double gradient_b[3]);
 
 #endif

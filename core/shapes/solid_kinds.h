@@ -17,7 +17,8 @@ gnp_solid_build gnp_solid_build_rounded, gnp_solid_build_fold, gnp_solid_build_t
 gnp_solid_build gnp_solid_build_plate, gnp_solid_build_nested, gnp_solid_build_patch, gnp_solid_build_wave;
 
 /* A box about the frame's origin as a primitive with a piece for every side. */
-void gnp_solid_build_block(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, const double half[3]);
+void gnp_solid_build_block(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame,
+                           const double half[3]);
 
 static inline double gnp_solid_between(struct gnp_random *random, double low, double high)
 {
