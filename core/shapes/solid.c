@@ -56,7 +56,9 @@ static gnp_status check_options(const struct gnp_solid_options *options, struct 
 	if (options->count < LEAST || options->count > MOST)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need %zu..%zu", options->count, LEAST, MOST);
 	gnp_status status = gnp_check_integer("kind", options->kind, 0, GNP_SOLID_KIND_COUNT - 1, error);
-	return status == GNP_OK ? gnp_check_integer("sampling", options->sampling, 0, GNP_SOLID_SAMPLING_COUNT - 1, error) : status;
+	if (status == GNP_OK)
+		status = gnp_check_integer("sampling", options->sampling, 0, GNP_SOLID_SAMPLING_COUNT - 1, error);
+	return status;
 }
 
 /* ---- The body ---- */
@@ -64,7 +66,7 @@ static gnp_status check_options(const struct gnp_solid_options *options, struct 
 /* Draws bodies until boolean operations leave enough of one; without them the first is good. */
 static void body_make(struct making *making, struct gnp_solid_survey *survey)
 {
-	static const double ENOUGH = 0.15;
+	static const double ENOUGH = 0.25;
 	const struct gnp_solid_options *options = making->options;
 	struct gnp_solid_body *body = &making->body;
 	struct gnp_random random;
@@ -95,7 +97,8 @@ static void pose_make(const struct gnp_solid_options *options, const struct gnp_
 /* ---- The choice among the draws ---- */
 
 /* Blue noise. */
-static gnp_status choose_even(struct making *making, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status choose_even(struct making *making, struct gnp_pool *pool, struct gnp_task *task,
+                              struct gnp_error *error)
 {
 	const struct gnp_solid_draws *draws = &making->draws;
 	float *places = gnp_array_new(draws->count, 3 * sizeof *places);
@@ -190,7 +193,8 @@ static void point_make(struct making *making, size_t i)
 	sample->edge[i] = pose->scale * gnp_solid_creases_distance(&making->creases, geometry.point);
 }
 
-static gnp_status points_make(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status points_make(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct making *making = context;
 	(void)scratch;
@@ -221,8 +225,8 @@ static gnp_status make(struct making *making, struct gnp_pool *pool, struct gnp_
 	return gnp_pool_run(pool, task, options->count, BATCH, points_make, making, error);
 }
 
-gnp_status gnp_solid_sample_create(const struct gnp_solid_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                                   struct gnp_solid_sample *out, struct gnp_error *error)
+gnp_status gnp_solid_sample_create(const struct gnp_solid_options *options, struct gnp_pool *pool,
+                                   struct gnp_task *task, struct gnp_solid_sample *out, struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);
 	if (status != GNP_OK)

@@ -14,7 +14,8 @@ struct fillet {
 /* sharp: share of those without. No radius is about half a spacing. */
 static struct fillet fillet_draw(struct gnp_random *random, double sharp, double spacing, double limit)
 {
-	double style = gnp_random_uniform(random), small = gnp_solid_scale(random, 0.05, 0.4), large = gnp_solid_scale(random, 0.6, 40);
+	double style = gnp_random_uniform(random);
+	double small = gnp_solid_scale(random, 0.05, 0.4), large = gnp_solid_scale(random, 0.6, 40);
 	struct fillet fillet = {0, false};
 	if (style >= sharp + 0.1)
 		fillet.radius = large * spacing;
@@ -77,7 +78,8 @@ static void round_corners(struct gnp_solid_body *body, const double half[3], str
 {
 	for (int top = 0; top < 2; top++)
 		for (int q = 0; q < 4; q++) {
-			struct gnp_solid_frame frame = gnp_solid_frame_at(sign_0(q) * half[0], sign_1(q) * half[1], top ? half[2] : -half[2]);
+			double z = top ? half[2] : -half[2];
+			const struct gnp_solid_frame frame = gnp_solid_frame_at(sign_0(q) * half[0], sign_1(q) * half[1], z);
 			const struct gnp_solid_arc arc = {
 				0, fillet.radius, {top ? 0 : -QUARTER, top ? QUARTER : 0}, {q * QUARTER, (q + 1) * QUARTER}};
 			int face = gnp_solid_body_arc(body, piece_of(body, fillet.tiny), &frame, &arc);
@@ -107,7 +109,8 @@ static void rounded_box(struct gnp_solid_body *body, struct gnp_random *random, 
 /* ---- Rounded cylinders: each end has a fillet of its own ---- */
 
 /* The disc and the fillet at one end; up: 1 or -1. */
-static void rounded_end(struct gnp_solid_body *body, int wall, double radius, double height, int up, struct fillet fillet)
+static void rounded_end(struct gnp_solid_body *body, int wall, double radius, double height, int up,
+                        struct fillet fillet)
 {
 	const struct gnp_solid_frame frame = gnp_solid_frame_at(0, 0, up * (height / 2 - fillet.radius));
 	double inner = radius - fillet.radius, z = up * fillet.radius;
@@ -130,7 +133,8 @@ static void rounded_cylinder(struct gnp_solid_body *body, struct gnp_random *ran
 	double radius = gnp_solid_scale(random, 0.08, 0.5), height = gnp_solid_scale(random, 0.1, 1);
 	double spacing = sqrt(FULL * radius * (radius + height) / count), limit = 0.48 * fmin(height, 2 * radius);
 	struct fillet top = fillet_draw(random, 0.2, spacing, limit), bottom = fillet_draw(random, 0.2, spacing, limit);
-	const struct gnp_solid_frustum wall = {{radius, radius}, {-height / 2 + bottom.radius, height / 2 - top.radius}, {0, FULL}};
+	double low = -height / 2 + bottom.radius, high = height / 2 - top.radius;
+	const struct gnp_solid_frustum wall = {{radius, radius}, {low, high}, {0, FULL}};
 	int face = gnp_solid_body_frustum(body, 0, &frame, &wall);
 	rounded_end(body, face, radius, height, 1, top);
 	rounded_end(body, face, radius, height, -1, bottom);
@@ -163,9 +167,11 @@ static void fold_draw(struct fold *fold, struct gnp_random *random, double count
 	for (int i = 0; i < fold->strips; i++) {
 		fold->length[i] = gnp_solid_scale(random, 0.08, 0.6);
 		sum += fold->length[i];
-		do
+		double turn;
+		do {
 			fold->heading[i] = gnp_solid_between(random, -STEEPEST, STEEPEST);
-		while (i && !(fabs(fold->heading[i] - fold->heading[i - 1]) > LEAST && fabs(fold->heading[i] - fold->heading[i - 1]) < MOST));
+			turn = i ? fabs(fold->heading[i] - fold->heading[i - 1]) : MOST;
+		} while (turn < LEAST || turn > MOST);
 	}
 	double spacing = sqrt(sum * fold->width / count);
 	for (int i = 0; i + 1 < fold->strips; i++) {
@@ -179,10 +185,13 @@ static void fold_draw(struct fold *fold, struct gnp_random *random, double count
 /* What a fillet takes of the strips on both sides. */
 static double fold_trim(const struct fold *fold, int i)
 {
-	return i < 0 || i + 1 >= fold->strips ? 0 : fold->bend[i].radius * tan(fabs(fold->heading[i + 1] - fold->heading[i]) / 2);
+	if (i < 0 || i + 1 >= fold->strips)
+		return 0;
+	return fold->bend[i].radius * tan(fabs(fold->heading[i + 1] - fold->heading[i]) / 2);
 }
 
-static void strip_add(struct gnp_solid_body *body, const struct fold *fold, int i, const double start[2], uint32_t piece)
+static void strip_add(struct gnp_solid_body *body, const struct fold *fold, int i, const double start[2],
+                      uint32_t piece)
 {
 	double length = fold->length[i] - fold_trim(fold, i - 1) - fold_trim(fold, i);
 	const double origin[3] = {start[0], start[1], 0}, b[3] = {0, 0, fold->width};
@@ -241,7 +250,8 @@ static int parts_draw(struct gnp_random *random, double count)
 enum { PARTS = 6 };
 
 /* An end of a tube: open, round or flat. */
-static void tube_end(struct gnp_solid_body *body, int wall, double x, double radius, double height, int up, double style)
+static void tube_end(struct gnp_solid_body *body, int wall, double x, double radius, double height, int up,
+                     double style)
 {
 	const struct gnp_solid_frame frame = gnp_solid_frame_at(x, 0, up * height / 2);
 	const struct gnp_solid_arc dome = {0, radius, {up > 0 ? 0 : -QUARTER, up > 0 ? QUARTER : 0}, {0, FULL}};
@@ -308,7 +318,8 @@ void gnp_solid_build_tube(struct gnp_solid_body *body, struct gnp_random *random
 /* ---- Cones ---- */
 
 /* The tip, sharp or a part of a sphere that the cone touches; slope: of the wall's normal upwards. */
-static void cone_wall(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double radius, double slope, double tip)
+static void cone_wall(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double radius, double slope,
+                      double tip)
 {
 	double height = radius / tan(slope);
 	const struct gnp_solid_frustum wall = {
@@ -326,7 +337,8 @@ static void cone_wall(struct gnp_solid_body *body, const struct gnp_solid_frame 
 }
 
 /* Open, closed by a disc, or by another cone. */
-static void cone_base(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double radius, double style, double slope)
+static void cone_base(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double radius, double style,
+                      double slope)
 {
 	if (style < 0.4) {
 		const struct gnp_solid_frustum disc = {{0, radius}, {0, 0}, {0, FULL}};
@@ -349,7 +361,8 @@ void gnp_solid_build_cone(struct gnp_solid_body *body, struct gnp_random *random
 	}
 	double spacing = sqrt(area / count);
 	for (int i = 0; i < parts; i++) {
-		double tip = gnp_solid_chance(random, 0.5) ? 0 : fmin(0.5 * radius[i], spacing * gnp_solid_scale(random, 0.6, 6));
+		bool sharp = gnp_solid_chance(random, 0.5);
+		double tip = sharp ? 0 : fmin(0.5 * radius[i], spacing * gnp_solid_scale(random, 0.6, 6));
 		double gap = spacing * gnp_solid_scale(random, 1.5, 15), style = gnp_random_uniform(random);
 		x += i ? radius[i] + gap : 0;
 		const struct gnp_solid_frame frame = gnp_solid_frame_at(x, 0, 0);

@@ -42,8 +42,8 @@ static struct gnp_solid_face *face_add(struct gnp_solid_body *body, int type, ui
 	return face;
 }
 
-int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3], const double b[3],
-                        bool triangle)
+int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3],
+                        const double b[3], bool triangle)
 {
 	struct gnp_solid_face *face = face_add(body, GNP_SOLID_FLAT, piece);
 	double (*axis)[3] = face->frame.axis, length = sqrt(gnp_dot(a, a));
@@ -202,19 +202,23 @@ static double cosine_of_jump(const double a[3], const double b[3])
 }
 
 /* Whether x is within the primitive's other halves. */
-static bool within_others(const struct gnp_solid_body *body, const struct gnp_solid_face *face, int except, const double x[3])
+static bool within_others(const struct gnp_solid_body *body, const struct gnp_solid_face *face, int except,
+                          const double x[3])
 {
 	static const double TOLERANCE = 1e-9;
 	const struct gnp_solid_primitive *primitive = &body->primitive[face->primitive];
 	double gradient[3];
-	for (int h = 0; h < primitive->halves; h++)
-		if (h != face->half && h != except && gnp_solid_face_level(&body->face[primitive->half[h]], x, gradient) > TOLERANCE)
+	for (int h = 0; h < primitive->halves; h++) {
+		const struct gnp_solid_face *other = &body->face[primitive->half[h]];
+		if (h != face->half && h != except && gnp_solid_face_level(other, x, gradient) > TOLERANCE)
 			return false;
+	}
 	return true;
 }
 
-bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a, const struct gnp_solid_face *b,
-                            const double x[3], const double gradient_a[3], const double gradient_b[3])
+bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a,
+                            const struct gnp_solid_face *b, const double x[3], const double gradient_a[3],
+                            const double gradient_b[3])
 {
 	static const double COSINE = 0.984807753012208; /* of 10 degrees */
 	int p = a->primitive, q = b->primitive;
@@ -222,6 +226,8 @@ bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_
 	unsigned bits = holders(body, x, 1u << p | 1u << q), p_bit = 1u << p, q_bit = 1u << q;
 	if (p == q)
 		return cosine < COSINE && within_others(body, a, b->half, x) && side(body, p, bits) != 0;
-	int side_p = side(body, p, bits) + side(body, p, bits | q_bit), side_q = side(body, q, bits) + side(body, q, bits | p_bit);
-	return side_p && side_q && cosine * side_p * side_q < COSINE && within_others(body, a, -1, x) && within_others(body, b, -1, x);
+	int side_p = side(body, p, bits) + side(body, p, bits | q_bit);
+	int side_q = side(body, q, bits) + side(body, q, bits | p_bit);
+	return side_p && side_q && cosine * side_p * side_q < COSINE && within_others(body, a, -1, x) &&
+	       within_others(body, b, -1, x);
 }

@@ -1,8 +1,9 @@
 /* A body: the faces of a solid, what boolean operations keep of them, and the curves where its normals jump.
  *
- * Faces of boolean bodies belong to primitives. A primitive is the set where the levels of all its halves (faces, each standing
- * for all that lie on the same surface) are negative, and the body is ((p0 op p1) op p2) ...: a point of a primitive's face is on
- * the body where it matters whether the primitive holds it, and is turned over where it is the primitive's inside that is outside. */
+ * Faces of boolean bodies belong to primitives. A primitive is the set where the levels of all its halves (faces,
+ * each standing for all that lie on the same surface) are negative, and the body is ((p0 op p1) op p2) ...: a point
+ * of a primitive's face is on the body where it matters whether the primitive holds it, and is turned over where it
+ * is the primitive's inside that is outside. */
 #ifndef GNP_CORE_SOLID_BODY_H
 #define GNP_CORE_SOLID_BODY_H
 
@@ -40,8 +41,8 @@ struct gnp_solid_frame gnp_solid_frame_at(double x, double y, double z);
 struct gnp_solid_frame gnp_solid_frame_random(struct gnp_random *random);
 
 /* Faces are numbered in the order they are added; each of these returns the new face's number. */
-int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3], const double b[3],
-                        bool triangle); /* outside is along a x b */
+int gnp_solid_body_flat(struct gnp_solid_body *body, uint32_t piece, const double origin[3], const double a[3],
+                        const double b[3], bool triangle); /* outside is along a x b */
 int gnp_solid_body_frustum(struct gnp_solid_body *body, uint32_t piece, const struct gnp_solid_frame *frame,
                            const struct gnp_solid_frustum *frustum);
 int gnp_solid_body_arc(struct gnp_solid_body *body, uint32_t piece, const struct gnp_solid_frame *frame,
@@ -49,7 +50,8 @@ int gnp_solid_body_arc(struct gnp_solid_body *body, uint32_t piece, const struct
 int gnp_solid_body_graph(struct gnp_solid_body *body, uint32_t piece, const struct gnp_solid_frame *frame,
                          const struct gnp_solid_graph *graph);
 
-/* Opens a primitive; faces added to it by gnp_solid_body_half make a half of their own, or one with the half of an earlier face. */
+/* Opens a primitive; faces added to it by gnp_solid_body_half make a half of their own, or one with the half of an
+ * earlier face. */
 void gnp_solid_body_primitive(struct gnp_solid_body *body, int operation);
 void gnp_solid_body_half(struct gnp_solid_body *body, int face);
 void gnp_solid_body_same_half(struct gnp_solid_body *body, int face, int earlier);
@@ -65,9 +67,10 @@ int gnp_solid_body_pick(const struct gnp_solid_body *body, double t);
 /* Of a point on a face: 1 where it is on the body, -1 where it is and the face is turned over, 0 where it is not. */
 int gnp_solid_body_side(const struct gnp_solid_body *body, const struct gnp_solid_face *face, const double x[3]);
 
-/* True when the surfaces of two faces of primitives cross in a crease of the body at x, a point of both surfaces with these
- * gradients of their levels. */
-bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a, const struct gnp_solid_face *b,
-                            const double x[3], const double gradient_a[3], const double gradient_b[3]);
+/* True when the surfaces of two faces of primitives cross in a crease of the body at x, a point of both surfaces
+ * with these gradients of their levels. */
+bool gnp_solid_body_creased(const struct gnp_solid_body *body, const struct gnp_solid_face *a,
+                            const struct gnp_solid_face *b, const double x[3], const double gradient_a[3],
+                            const double gradient_b[3]);
 
 #endif

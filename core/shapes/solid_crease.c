@@ -100,9 +100,10 @@ struct search {
 
 static const double NEAR = 1.5, REACH = 0.2; /* in spacings: where points are pulled from; half a stroke's length */
 
-/* Moves x by the shortest step to where both levels vanish to first order. False where the surfaces are nearly tangent. */
-static bool pull_step(const struct gnp_solid_face *a, const struct gnp_solid_face *b, double x[3], double g[3], double h[3],
-                      double *miss)
+/* Moves x by the shortest step to where both levels vanish to first order. False where the surfaces are nearly
+ * tangent. */
+static bool pull_step(const struct gnp_solid_face *a, const struct gnp_solid_face *b, double x[3], double g[3],
+                      double h[3], double *miss)
 {
 	double u = gnp_solid_face_level(a, x, g), v = gnp_solid_face_level(b, x, h);
 	double gg = gnp_dot(g, g), gh = gnp_dot(g, h), hh = gnp_dot(h, h), determinant = gg * hh - gh * gh;
@@ -162,7 +163,8 @@ static gnp_status draw_try(const struct search *search, size_t i, struct list *l
 	return status;
 }
 
-static gnp_status draws_try(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status draws_try(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	const struct search *search = context;
 	gnp_status status = GNP_OK;
@@ -191,8 +193,9 @@ static gnp_status lists_join(struct list *lists, size_t count, struct list *all,
 }
 
 /* Four draws for the area of a point: 12 to 24 strokes a spacing of crease. */
-static gnp_status crossings_cover(const struct gnp_solid_body *body, double spacing, uint64_t seed, struct gnp_pool *pool,
-                                  struct gnp_task *task, struct list *all, struct gnp_error *error)
+static gnp_status crossings_cover(const struct gnp_solid_body *body, double spacing, uint64_t seed,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct list *all,
+                                  struct gnp_error *error)
 {
 	double draws = fmin(1e9, ceil(4 * body->area[body->faces] / (spacing * spacing)) + 256);
 	struct search search = {.body = body, .spacing = spacing, .seed = seed, .draws = (size_t)draws};
@@ -324,8 +327,9 @@ static void nearest(const struct gnp_solid_stroke *stroke, size_t count, const d
 
 /* ---- All ---- */
 
-gnp_status gnp_solid_creases_create(const struct gnp_solid_body *body, double spacing, uint64_t seed, struct gnp_pool *pool,
-                                    struct gnp_task *task, struct gnp_solid_creases *out, struct gnp_error *error)
+gnp_status gnp_solid_creases_create(const struct gnp_solid_body *body, double spacing, uint64_t seed,
+                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_solid_creases *out,
+                                    struct gnp_error *error)
 {
 	struct list all = {0};
 	gnp_status status = GNP_OK;

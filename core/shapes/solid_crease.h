@@ -1,7 +1,7 @@
 /* Distances to the creases, rims and tips of a body.
  *
- * They are covered by short straight strokes: those along its curves follow from parameters; those where faces of primitives cross
- * are found by pulling points drawn near the crossing onto both surfaces. Overlaps do no harm. */
+ * They are covered by short straight strokes: those along its curves follow from parameters; those where faces of
+ * primitives cross are found by pulling points drawn near the crossing onto both surfaces. Overlaps do no harm. */
 #ifndef GNP_CORE_SOLID_CREASE_H
 #define GNP_CORE_SOLID_CREASE_H
 
@@ -19,12 +19,13 @@ struct gnp_solid_stroke {
 /* Owned; freed by gnp_solid_creases_clear. */
 struct gnp_solid_creases {
 	size_t count;
-	struct gnp_solid_stroke *stroke; /* (count) a balanced tree: the middle one is the root, its children what is before and after */
+	struct gnp_solid_stroke *stroke; /* (count) a balanced tree: the middle one parts before from after */
 };
 
 /* spacing: of the points to be judged; seed: of the draws. On failure *out is unchanged. */
-gnp_status gnp_solid_creases_create(const struct gnp_solid_body *body, double spacing, uint64_t seed, struct gnp_pool *pool,
-                                    struct gnp_task *task, struct gnp_solid_creases *out, struct gnp_error *error);
+gnp_status gnp_solid_creases_create(const struct gnp_solid_body *body, double spacing, uint64_t seed,
+                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_solid_creases *out,
+                                    struct gnp_error *error);
 void gnp_solid_creases_clear(struct gnp_solid_creases *creases);
 
 /* INFINITY without strokes. */

@@ -9,14 +9,15 @@
 #include "core/shapes/solid_kinds.h"
 
 /* Streams of the seed; the number of the draw or of the attempt is in the low bits. */
-static const uint64_t STREAM_DRAW = UINT64_C(0x35) << 56, STREAM_PATTERN = UINT64_C(0x36) << 56, STREAM_SURVEY = UINT64_C(0x37) << 56;
+static const uint64_t STREAM_DRAW = UINT64_C(0x35) << 56, STREAM_PATTERN = UINT64_C(0x36) << 56;
+static const uint64_t STREAM_SURVEY = UINT64_C(0x37) << 56;
 
 enum { BATCH = 1024, TRIAL = 2048 };
 
 /* How draws are placed and thinned out. */
 struct pattern {
 	int sampling;
-	double direction[2][3]; /* of rows: across them, and for faces that the first looks along; else along [0] the density changes */
+	double direction[2][3]; /* across rows, [1] for faces normal to [0]; density changes along [0] */
 	double phase[2];        /* of rows and stripes, in periods */
 	double period;          /* of rows and stripes */
 	double low, extent;     /* of the body along the direction */
@@ -90,8 +91,8 @@ static int draw_compare(const void *a, const void *b)
 	return gnp_double_compare(&p->along, &q->along);
 }
 
-/* Walks along the rows and leaves out what is nearer than step to one of its row taken before; returns how many are taken. A
- * step along a row is no shorter than what it adds to `along`. */
+/* Walks along the rows and leaves out what is nearer than step to one of its row taken before; returns how many are
+ * taken. A step along a row is no shorter than what it adds to `along`. */
 static size_t rows_walk(const struct gnp_solid_draws *draws, double step, uint32_t *taken)
 {
 	size_t made = 0;
@@ -112,7 +113,8 @@ static size_t rows_walk(const struct gnp_solid_draws *draws, double step, uint32
 }
 
 /* The longest step that leaves enough, by bisection; what is too many is left out evenly. */
-gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen, struct gnp_error *error)
+gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen,
+                                     struct gnp_error *error)
 {
 	enum { HALVINGS = 20 };
 	double low = 0, high = 0;
@@ -176,7 +178,8 @@ static bool draw_make(const struct drawing *drawing, size_t i, struct gnp_solid_
 	return draw->side && gnp_random_uniform(&random) < density_at(pattern, draw->x);
 }
 
-static gnp_status draws_make(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status draws_make(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	struct drawing *drawing = context;
 	(void)scratch;
@@ -239,8 +242,10 @@ static void directions_draw(struct pattern *pattern, const struct gnp_solid_surv
 		pattern->phase[way] = gnp_random_uniform(random);
 }
 
-/* A body may slip between the rows, as a thin tube may: then other directions are tried, and rows less far from each other. */
-static void rows_draw(struct drawing *drawing, const struct gnp_solid_survey *survey, double spacing, struct gnp_random *random)
+/* A body may slip between the rows, as a thin tube may: then other directions are tried, and rows less far from each
+ * other. */
+static void rows_draw(struct drawing *drawing, const struct gnp_solid_survey *survey, double spacing,
+                      struct gnp_random *random)
 {
 	enum { ATTEMPTS = 12 };
 	double ratio = gnp_solid_scale(random, 2, 10), best = -1;
@@ -267,7 +272,8 @@ static void pattern_draw(struct drawing *drawing, int sampling, const struct gnp
 	gnp_random_seed(&random, drawing->seed, STREAM_PATTERN | (uint64_t)sampling);
 	*pattern = (struct pattern){.sampling = sampling};
 	directions_draw(pattern, survey, &random);
-	pattern->least = sampling == GNP_SOLID_GRADIENT ? 1 / gnp_solid_scale(&random, 4, 20) : gnp_solid_scale(&random, 0.1, 0.33);
+	bool gradient = sampling == GNP_SOLID_GRADIENT;
+	pattern->least = gnp_solid_scale(&random, gradient ? 0.05 : 0.1, gradient ? 0.25 : 0.33);
 	pattern->period = spacing * gnp_solid_scale(&random, 6, 40);
 	if (sampling == GNP_SOLID_LINES)
 		rows_draw(drawing, survey, spacing, &random);
@@ -276,8 +282,8 @@ static void pattern_draw(struct drawing *drawing, int sampling, const struct gnp
 /* ---- All ---- */
 
 /* Draws so many; *kept: how many stay, moved to the front. */
-static gnp_status drawing_run(struct drawing *drawing, size_t count, struct gnp_pool *pool, struct gnp_task *task, size_t *kept,
-                              struct gnp_error *error)
+static gnp_status drawing_run(struct drawing *drawing, size_t count, struct gnp_pool *pool, struct gnp_task *task,
+                              size_t *kept, struct gnp_error *error)
 {
 	free(drawing->draw);
 	drawing->count = count;
@@ -307,8 +313,8 @@ gnp_status gnp_solid_draws_create(const struct gnp_solid_body *body, const struc
 	for (int attempt = 0; status == GNP_OK && attempt < ATTEMPTS && kept < options->count; attempt++, draws *= 2)
 		status = drawing_run(&drawing, (size_t)draws, pool, task, &kept, error);
 	if (status == GNP_OK && kept < options->count)
-		status = gnp_error_set(error, GNP_INTERNAL, "solid: %zu of %.0f draws are on the body, need %zu", kept, draws / 2,
-		                       options->count);
+		status = gnp_error_set(error, GNP_INTERNAL, "solid: %zu of %.0f draws are on the body, need %zu", kept,
+		                       draws / 2, options->count);
 	if (status != GNP_OK) {
 		free(drawing.draw);
 		return status;

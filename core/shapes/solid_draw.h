@@ -36,8 +36,9 @@ gnp_status gnp_solid_draws_create(const struct gnp_solid_body *body, const struc
                                   struct gnp_solid_draws *out, struct gnp_error *error);
 void gnp_solid_draws_clear(struct gnp_solid_draws *draws);
 
-/* Of scan lines: thins each row to steps as even as draws allow. chosen (wanted): of the draws, which are put in order of rows;
- * wanted <= draws->count. On failure chosen is undefined. */
-gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen, struct gnp_error *error);
+/* Of scan lines: thins each row to steps as even as draws allow. chosen (wanted): of the draws, which are put in
+ * order of rows; wanted <= draws->count. On failure chosen is undefined. */
+gnp_status gnp_solid_draws_thin_rows(struct gnp_solid_draws *draws, size_t wanted, uint32_t *chosen,
+                                     struct gnp_error *error);
 
 #endif

@@ -254,7 +254,8 @@ static double graph_height(const struct gnp_solid_graph *g, const double p[2], d
 	second[2] = g->bend[1];
 	for (int w = 0; w < g->waves; w++) {
 		const double *k = g->wave[w];
-		double angle = k[0] * p[0] + k[1] * p[1] + g->phase[w], s = g->height[w] * sin(angle), c = g->height[w] * cos(angle);
+		double angle = k[0] * p[0] + k[1] * p[1] + g->phase[w];
+		double s = g->height[w] * sin(angle), c = g->height[w] * cos(angle);
 		f += s;
 		slope[0] += k[0] * c;
 		slope[1] += k[1] * c;

@@ -1,7 +1,8 @@
-/* One face of a solid: a piece of a plane, of a surface of revolution (cylinder, cone, disc, sphere, torus) or of a height field.
+/* One face of a solid: a piece of a plane, of a surface of revolution (cylinder, cone, disc, sphere, torus) or of a
+ * height field.
  *
- * A face maps two parameters from a domain of its own onto its surface. Beyond its domain the surface goes on, as the zero level
- * of a function that is positive outside: a distance, but for height fields. */
+ * A face maps two parameters from a domain of its own onto its surface. Beyond its domain the surface goes on, as
+ * the zero level of a function that is positive outside: a distance, but for height fields. */
 #ifndef GNP_CORE_SOLID_FACE_H
 #define GNP_CORE_SOLID_FACE_H
 
@@ -24,20 +25,20 @@ struct gnp_solid_flat {
 	bool triangle;
 };
 
-/* A line turned about the frame's axis 2; parameters: how far along the line in [0, 1], angle. Outside is to the right of the line,
- * seen with the axis upwards and the radius to the right. */
+/* A line turned about the frame's axis 2; parameters: how far along the line in [0, 1], angle. Outside is to the
+ * right of the line, seen with the axis upwards and the radius to the right. */
 struct gnp_solid_frustum {
 	double radius[2], height[2], angle[2];
 };
 
-/* An arc of a circle of radius minor, its centre at radius major, turned about axis 2 (major 0: a sphere); parameters: turn along
- * the arc (0 outwards, pi/2 along the axis), angle. Outside is outside of the circle. */
+/* An arc of a circle of radius minor, its centre at radius major, turned about axis 2 (major 0: a sphere);
+ * parameters: turn along the arc (0 outwards, pi/2 along the axis), angle. Outside is outside of the circle. */
 struct gnp_solid_arc {
 	double major, minor, turn[2], angle[2];
 };
 
-/* z = (bend[0] x^2 + bend[1] y^2) / 2 + sum of height sin(wave . (x, y) + phase) over |x| <= half[0], |y| <= half[1], or over the
- * disc of radius half[0], less round holes (x, y, radius). Parameters: x, y. */
+/* z = (bend[0] x^2 + bend[1] y^2) / 2 + sum of height sin(wave . (x, y) + phase) over |x| <= half[0], |y| <=
+ * half[1], or over the disc of radius half[0], less round holes (x, y, radius). Parameters: x, y. */
 struct gnp_solid_graph {
 	bool disc;
 	double half[2], bend[2];
@@ -69,7 +70,8 @@ struct gnp_solid_geometry {
 /* What draws are uniform over: the area, or for height fields a bound of it. */
 double gnp_solid_face_area(const struct gnp_solid_face *face);
 
-/* Draws parameters, uniform by area. False where the draw is refused: of all draws, area of the face / gnp_solid_face_area succeed. */
+/* Draws parameters, uniform by area. False where the draw is refused: of all draws, area of the face /
+ * gnp_solid_face_area succeed. */
 bool gnp_solid_face_draw(const struct gnp_solid_face *face, struct gnp_random *random, double p[2]);
 
 void gnp_solid_face_point(const struct gnp_solid_face *face, const double p[2], double x[3]);

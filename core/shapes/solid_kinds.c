@@ -14,7 +14,8 @@ static void place(const struct gnp_solid_frame *frame, double x, double y, doubl
 		out[i] = frame->origin[i] + x * frame->axis[0][i] + y * frame->axis[1][i] + z * frame->axis[2][i];
 }
 
-static void side_add(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, const double half[3], int c, int sign)
+static void side_add(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, const double half[3], int c,
+                     int sign)
 {
 	int u = (c + (sign > 0 ? 1 : 2)) % 3, v = (c + (sign > 0 ? 2 : 1)) % 3;
 	double corner[3] = {-half[0], -half[1], -half[2]}, origin[3], a[3], b[3];
@@ -27,7 +28,8 @@ static void side_add(struct gnp_solid_body *body, const struct gnp_solid_frame *
 	gnp_solid_body_half(body, gnp_solid_body_flat(body, body->pieces, origin, a, b, false));
 }
 
-void gnp_solid_build_block(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, const double half[3])
+void gnp_solid_build_block(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame,
+                           const double half[3])
 {
 	gnp_solid_body_primitive(body, operation);
 	for (int c = 0; c < 3; c++)
@@ -35,7 +37,8 @@ void gnp_solid_build_block(struct gnp_solid_body *body, int operation, const str
 			side_add(body, frame, half, c, sign);
 }
 
-static int turned_add(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double r0, double z0, double r1, double z1)
+static int turned_add(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double r0, double z0,
+                      double r1, double z1)
 {
 	const struct gnp_solid_frustum line = {{r0, r1}, {z0, z1}, {0, FULL}};
 	int face = gnp_solid_body_frustum(body, body->pieces, frame, &line);
@@ -44,8 +47,8 @@ static int turned_add(struct gnp_solid_body *body, const struct gnp_solid_frame 
 }
 
 /* A cone cut at radius top; 0: to its tip. Equal radii: a cylinder. */
-static void cone_add(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, double base, double top,
-                     double height)
+static void cone_add(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, double base,
+                     double top, double height)
 {
 	gnp_solid_body_primitive(body, operation);
 	int wall = turned_add(body, frame, base, -height / 2, top, height / 2);
@@ -56,7 +59,8 @@ static void cone_add(struct gnp_solid_body *body, int operation, const struct gn
 		gnp_solid_body_line(body, wall, 1, 0, 1, 0);
 }
 
-static void ring_add(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, double major, double minor)
+static void ring_add(struct gnp_solid_body *body, int operation, const struct gnp_solid_frame *frame, double major,
+                     double minor)
 {
 	const double limit = major > 0 ? M_PI : M_PI / 2;
 	const struct gnp_solid_arc arc = {major, minor, {-limit, limit}, {0, FULL}};
@@ -79,7 +83,8 @@ static void prism_add(struct gnp_solid_body *body, int corners, const double pol
 		const double *o = polygon[0], *p = polygon[i], *q = polygon[i + 1];
 		const double low[3] = {o[0], o[1], 0}, high[3] = {o[0], o[1], height};
 		const double a[3] = {p[0] - o[0], p[1] - o[1], 0}, b[3] = {q[0] - o[0], q[1] - o[1], 0};
-		int upper = gnp_solid_body_flat(body, top, high, a, b, true), lower = gnp_solid_body_flat(body, bottom, low, b, a, true);
+		int upper = gnp_solid_body_flat(body, top, high, a, b, true);
+		int lower = gnp_solid_body_flat(body, bottom, low, b, a, true);
 		if (i == 1) {
 			gnp_solid_body_half(body, first_top = upper);
 			gnp_solid_body_half(body, first_bottom = lower);
@@ -110,7 +115,8 @@ static void build_box(struct gnp_solid_body *body, struct gnp_random *random, do
 static int polygon_roof(double angle, double width, bool walls, double polygon[][2])
 {
 	double rise = width / 2 / tan(angle / 2), wall = walls ? width / 2 : 0;
-	const double corners[5][2] = {{0, wall + rise}, {-width / 2, wall}, {-width / 2, 0}, {width / 2, 0}, {width / 2, wall}};
+	double side = width / 2;
+	const double corners[5][2] = {{0, wall + rise}, {-side, wall}, {-side, 0}, {side, 0}, {side, wall}};
 	int made = 0;
 	for (int i = 0; i < 5; i++)
 		if (walls || (i != 1 && i != 4))
@@ -133,7 +139,8 @@ static int polygon_oval(struct gnp_random *random, double polygon[][2])
 
 static void build_prism(struct gnp_solid_body *body, struct gnp_random *random, double count)
 {
-	double polygon[10][2], angle = gnp_solid_between(random, 30, 170) * M_PI / 180, width = gnp_solid_scale(random, 0.15, 0.8);
+	double polygon[10][2], angle = gnp_solid_between(random, 30, 170) * M_PI / 180;
+	double width = gnp_solid_scale(random, 0.15, 0.8);
 	bool roof = gnp_solid_chance(random, 0.7), walls = angle > M_PI / 3 && gnp_solid_chance(random, 0.7);
 	double height = gnp_solid_scale(random, 0.1, 1);
 	(void)count;
@@ -145,8 +152,8 @@ static void build_prism(struct gnp_solid_body *body, struct gnp_random *random, 
 /* ---- Boolean operations ---- */
 
 /* size: about half the width. */
-static void primitive_draw(struct gnp_solid_body *body, struct gnp_random *random, int operation, const struct gnp_solid_frame *frame,
-                           double size)
+static void primitive_draw(struct gnp_solid_body *body, struct gnp_random *random, int operation,
+                           const struct gnp_solid_frame *frame, double size)
 {
 	double kind = gnp_random_uniform(random), a = gnp_random_uniform(random), b = gnp_random_uniform(random);
 	if (kind < 0.35) {
@@ -166,7 +173,8 @@ static void primitive_draw(struct gnp_solid_body *body, struct gnp_random *rando
 }
 
 /* About a point of a face there is, off it by a few tenths of the size. */
-static void frame_draw(const struct gnp_solid_body *body, struct gnp_random *random, double size, struct gnp_solid_frame *frame)
+static void frame_draw(const struct gnp_solid_body *body, struct gnp_random *random, double size,
+                       struct gnp_solid_frame *frame)
 {
 	const struct gnp_solid_face *face = &body->face[gnp_random_below(random, (uint64_t)body->faces)];
 	double p[2], x[3];
@@ -187,7 +195,8 @@ static void build_csg(struct gnp_solid_body *body, struct gnp_random *random, do
 		bool small = gnp_solid_chance(random, 0.35);
 		double size = small ? fmin(0.3, spacing * gnp_solid_scale(random, 2, 15)) : gnp_solid_scale(random, 0.08, 0.4);
 		double kind = gnp_random_uniform(random);
-		int operation = kind < 0.45 ? GNP_SOLID_UNION : kind < 0.85 || small ? GNP_SOLID_DIFFERENCE : GNP_SOLID_INTERSECTION;
+		int rest = kind < 0.85 || small ? GNP_SOLID_DIFFERENCE : GNP_SOLID_INTERSECTION;
+		int operation = kind < 0.45 ? GNP_SOLID_UNION : rest;
 		frame_draw(body, random, size, &frame);
 		if (operation == GNP_SOLID_INTERSECTION) {
 			size = gnp_solid_between(random, 0.25, 0.5);

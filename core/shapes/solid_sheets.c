@@ -33,14 +33,17 @@ static void plate_flat(struct gnp_solid_body *body, struct gnp_random *random, d
 }
 
 /* The narrow sides of a bent plate of radii r to r + gap. */
-static void plate_sides(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double r, double gap, double span, double height)
+static void plate_sides(struct gnp_solid_body *body, const struct gnp_solid_frame *frame, double r, double gap,
+                        double span, double height)
 {
 	double outer = r + gap, low = -height / 2;
-	const struct gnp_solid_frustum top = {{outer, r}, {-low, -low}, {0, span}}, bottom = {{r, outer}, {low, low}, {0, span}};
+	const struct gnp_solid_frustum top = {{outer, r}, {-low, -low}, {0, span}};
+	const struct gnp_solid_frustum bottom = {{r, outer}, {low, low}, {0, span}};
 	const double c = cos(span), s = sin(span);
 	int upper = gnp_solid_body_frustum(body, body->pieces, frame, &top);
 	int lower = gnp_solid_body_frustum(body, body->pieces, frame, &bottom);
-	gnp_solid_body_flat(body, body->pieces, (double[3]){r, 0, low}, (double[3]){gap, 0, 0}, (double[3]){0, 0, height}, false);
+	gnp_solid_body_flat(body, body->pieces, (double[3]){r, 0, low}, (double[3]){gap, 0, 0}, (double[3]){0, 0, height},
+	                    false);
 	gnp_solid_body_flat(body, body->pieces, (double[3]){r * c, r * s, low}, (double[3]){0, 0, height},
 	                    (double[3]){gap * c, gap * s, 0}, false);
 	gnp_solid_body_line(body, upper, 0, 0, 1, 0);
@@ -168,8 +171,9 @@ static void patch_cylinder(struct gnp_solid_body *body, struct gnp_random *rando
 
 void gnp_solid_build_patch(struct gnp_solid_body *body, struct gnp_random *random, double count)
 {
-	struct gnp_solid_graph g = {.disc = gnp_solid_chance(random, 0.25), .half = {0.5, gnp_solid_scale(random, 0.08, 0.5)}};
-	double style = gnp_random_uniform(random), first = gnp_solid_scale(random, 0.2, 3), second = gnp_solid_scale(random, 0.2, 3);
+	double style = gnp_random_uniform(random), width = gnp_solid_scale(random, 0.08, 0.5);
+	double first = gnp_solid_scale(random, 0.2, 3), second = gnp_solid_scale(random, 0.2, 3);
+	struct gnp_solid_graph g = {.disc = gnp_solid_chance(random, 0.25), .half = {0.5, width}};
 	double ribbon = gnp_solid_scale(random, 3, 15);
 	if (style < 0.25) {
 		patch_cylinder(body, random);
@@ -194,7 +198,8 @@ void gnp_solid_build_wave(struct gnp_solid_body *body, struct gnp_random *random
 	g.waves = 1 + (int)gnp_random_below(random, GNP_SOLID_WAVES);
 	for (int w = 0; w < g.waves; w++) {
 		double slope = gnp_solid_between(random, 0.15, 0.8) / sqrt(g.waves), angle = gnp_solid_between(random, 0, FULL);
-		double radius = spacing * gnp_solid_scale(random, 2 * sqrt(g.waves), 40), number = fmax(FULL, 1 / (slope * radius));
+		double radius = spacing * gnp_solid_scale(random, 2 * sqrt(g.waves), 40);
+		double number = fmax(FULL, 1 / (slope * radius));
 		g.wave[w][0] = number * cos(angle);
 		g.wave[w][1] = number * sin(angle);
 		g.height[w] = fmin(slope, 1 / (number * radius)) / number;
