@@ -10,6 +10,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "proto/file/file.h"
+#include "proto/file/formats.h"
+#include "proto/file/sniff.h"
+
 static bool is_standard(const char *path)
 {
 	return strcmp(path, "-") == 0;
@@ -126,17 +130,18 @@ static const char *extension(const char *path)
 }
 
 /* "ply, npy, ...": the formats that can be read or written. */
-static void list_formats(bool (*usable)(enum gnp_format), char *text, size_t size)
+static void list_formats(bool (*usable)(const struct gnp_format *), char *text, size_t size)
 {
+	const struct gnp_format *format;
 	size_t used = 0;
 	text[0] = 0;
-	for (int i = 0; i < GNP_FORMAT_COUNT && used < size; i++)
-		if (usable((enum gnp_format)i))
-			used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", gnp_format_name((enum gnp_format)i));
+	for (size_t i = 0; (format = gnp_format_at(i)) && used < size; i++)
+		if (usable(format))
+			used += (size_t)snprintf(text + used, size - used, "%s%s", used ? ", " : "", format->name);
 }
 
-static gnp_status check_format(bool known, bool (*usable)(enum gnp_format), enum gnp_format found, const char *what,
-                               const char *verb, enum gnp_format *format, struct gnp_error *error)
+static gnp_status check_format(bool known, bool (*usable)(const struct gnp_format *), const struct gnp_format *found, const char *what,
+                               const char *verb, const struct gnp_format **format, struct gnp_error *error)
 {
 	char list[128];
 	if (known && usable(found)) {
@@ -148,22 +153,22 @@ static gnp_status check_format(bool known, bool (*usable)(enum gnp_format), enum
 	                     what, verb, list, usable == gnp_format_readable ? "input-format" : "format");
 }
 
-bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, enum gnp_format *format)
+bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, const struct gnp_format **format)
 {
 	return gnp_format_by_name(name ? name : extension(path), format) || (!name && gnp_format_by_magic(content->data, content->size, format));
 }
 
 gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
-                              enum gnp_format *format, struct gnp_error *error)
+                              const struct gnp_format **format, struct gnp_error *error)
 {
-	enum gnp_format found = GNP_FORMAT_COUNT;
+	const struct gnp_format *found = NULL;
 	bool known = gnp_file_format_any(name, path, content, &found);
 	return check_format(known, gnp_format_readable, found, name ? name : path, "read", format, error);
 }
 
-gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error)
+gnp_status gnp_file_format_out(const char *name, const char *path, const struct gnp_format **format, struct gnp_error *error)
 {
-	enum gnp_format found = GNP_FORMAT_COUNT;
+	const struct gnp_format *found = NULL;
 	bool known = gnp_format_by_name(name ? name : is_standard(path) ? "ply" : extension(path), &found);
 	return check_format(known, gnp_format_writable, found, name ? name : path, "written", format, error);
 }
@@ -178,7 +183,7 @@ gnp_status gnp_file_load(const char *path, const char *format_name, struct gnp_b
 gnp_status gnp_file_unpack(const char *path, const char *format_name, const struct gnp_buffer *content, struct gnp_tensors *tensors,
                            struct gnp_error *error)
 {
-	enum gnp_format format;
+	const struct gnp_format *format;
 	gnp_status status = gnp_file_format_in(format_name, path, content, &format, error);
 	if (status != GNP_OK)
 		return status;
@@ -189,7 +194,7 @@ gnp_status gnp_file_unpack(const char *path, const char *format_name, const stru
 	return GNP_OK;
 }
 
-gnp_status gnp_file_save(const char *path, enum gnp_format format, const struct gnp_tensors *tensors,
+gnp_status gnp_file_save(const char *path, const struct gnp_format *format, const struct gnp_tensors *tensors,
                          const struct gnp_values *comments, struct gnp_error *error)
 {
 	struct gnp_buffer encoded = {0};

@@ -6,7 +6,7 @@
 #include <stddef.h>
 
 #include "core/base/status.h"
-#include "proto/file/file.h"
+#include "proto/format/format.h"
 #include "proto/tensor/message.h"
 #include "proto/tensor/tensor.h"
 
@@ -21,11 +21,11 @@ gnp_status gnp_file_write(const char *path, const void *data, size_t size, struc
  * PLY on standard output (out). GNP_INVALID_ARGUMENT naming the usable ones when none tells, or when it cannot be read /
  * written. */
 gnp_status gnp_file_format_in(const char *name, const char *path, const struct gnp_buffer *content,
-                              enum gnp_format *format, struct gnp_error *error);
-gnp_status gnp_file_format_out(const char *name, const char *path, enum gnp_format *format, struct gnp_error *error);
+                              const struct gnp_format **format, struct gnp_error *error);
+gnp_status gnp_file_format_out(const char *name, const char *path, const struct gnp_format **format, struct gnp_error *error);
 
 /* The same of a format that need not be one that can be read. False when none is known. */
-bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, enum gnp_format *format);
+bool gnp_file_format_any(const char *name, const char *path, const struct gnp_buffer *content, const struct gnp_format **format);
 
 /* Decodes every field of a file that was read from path. Tensors may borrow from *content. */
 gnp_status gnp_file_unpack(const char *path, const char *format_name, const struct gnp_buffer *content, struct gnp_tensors *tensors,
@@ -36,7 +36,7 @@ gnp_status gnp_file_load(const char *path, const char *format_name, struct gnp_b
                          struct gnp_tensors *tensors, struct gnp_error *error);
 
 /* Encodes and writes. */
-gnp_status gnp_file_save(const char *path, enum gnp_format format, const struct gnp_tensors *tensors,
+gnp_status gnp_file_save(const char *path, const struct gnp_format *format, const struct gnp_tensors *tensors,
                          const struct gnp_values *comments, struct gnp_error *error);
 
 #endif

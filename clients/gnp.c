@@ -5,11 +5,11 @@
 
 #include "clients/command.h"
 #include "core/base/names.h"
+#include "core/base/version.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
-
-#ifndef GNP_VERSION
-#define GNP_VERSION "0.1.0"
-#endif
+#include "proto/operation/operations.h"
+#include "proto/operation/usage.h"
 
 static const struct gnp_command *const commands[] = {
 	&gnp_command_sample, &gnp_command_convert, &gnp_command_compare, &gnp_command_info, &gnp_command_plot,
@@ -112,7 +112,7 @@ static enum gnp_exit run_named(const char *name, int argc, char **argv, struct g
 
 int main(int argc, char **argv)
 {
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	/* A closed pipe or connection is an error of the write, not the end of the program. */
 	signal(SIGPIPE, SIG_IGN);

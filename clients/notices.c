@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "proto/file/file.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/warnings.h"
 
@@ -36,7 +37,7 @@ void gnp_notices_warn(const struct gnp_values *parameters, const struct gnp_argu
 	}
 }
 
-void gnp_notices_of_answer(enum gnp_format format, const struct gnp_buffer *answer, const struct gnp_buffer *header,
+void gnp_notices_of_answer(const struct gnp_format *format, const struct gnp_buffer *answer, const struct gnp_buffer *header,
                            struct gnp_values *parameters)
 {
 	if (answer->size)

@@ -1,5 +1,6 @@
 #include "clients/program.h"
 
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 
 int gnp_program_main(const struct gnp_program *program, int argc, char **argv)
@@ -7,7 +8,7 @@ int gnp_program_main(const struct gnp_program *program, int argc, char **argv)
 	struct gnp_arguments arguments;
 	struct gnp_error error = {0};
 	enum gnp_exit code = GNP_EXIT_USAGE;
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	if (gnp_arguments_parse(argc - 1, argv + 1, program->options, program->option_count, 0, &arguments, &error) == GNP_OK) {
 		if (gnp_arguments_has(&arguments, "help")) {
 			printf("%s: %s\n\nOptions:\n", program->name, program->purpose);

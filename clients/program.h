@@ -12,7 +12,7 @@ struct gnp_program {
 	enum gnp_exit (*run)(const struct gnp_arguments *arguments, struct gnp_error *error);
 };
 
-/* The whole of main: picks the processor's kernels (gnp_linalg_restart), parses, runs. The exit code. */
+/* The whole of main: picks the processor's kernels (gnp_blas_environment_restart), parses, runs. The exit code. */
 int gnp_program_main(const struct gnp_program *program, int argc, char **argv);
 
 #endif

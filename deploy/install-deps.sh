@@ -5,8 +5,8 @@
 #   install-deps.sh --check [STAGE...]  install nothing; say which packages bring what is missing, exit 1 if any
 #   install-deps.sh --list [STAGE...]   print the packages
 #
-# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang), peers (what make validate-real fetches
-# meshes with and judges beside ours). The default is demo.
+# Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang), lint (build + cppcheck and
+# clang-tidy), peers (what make validate-real fetches meshes with, and programs of others that it judges). The default is demo.
 set -eu
 
 build='gcc make pkg-config libc6-dev libmicrohttpd-dev libgnutls28-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
@@ -14,6 +14,7 @@ demo="$build curl ca-certificates"
 test="$demo python3 python3-numpy openssl"
 fuzz="$test clang libclang-rt-14-dev"
 peers="$build g++ python3-numpy python3-open3d libpcl-dev libcgal-dev libeigen3-dev npm nodejs"
+lint="$build cppcheck clang-tidy"
 
 mode=install
 case "${1-}" in
@@ -30,8 +31,9 @@ for stage; do
 	demo) packages="$packages $demo" ;;
 	test) packages="$packages $test" ;;
 	fuzz) packages="$packages $fuzz" ;;
+	lint) packages="$packages $lint" ;;
 	peers) packages="$packages $peers" ;;
-	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test, fuzz or peers" >&2; exit 2 ;;
+	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test, fuzz, lint or peers" >&2; exit 2 ;;
 	esac
 done
 
@@ -39,7 +41,7 @@ done
 present() {
 	case "$1" in
 	gcc) command -v cc || command -v gcc ;;
-	make | pkg-config | curl | python3 | openssl | clang | npm | g++) command -v "$1" ;;
+	make | pkg-config | curl | python3 | openssl | clang | cppcheck | clang-tidy | npm | g++) command -v "$1" ;;
 	nodejs) command -v node ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
 	libgnutls28-dev) pkg-config --exists gnutls ;;

@@ -1,5 +1,5 @@
 /* failing_malloc.so, for LD_PRELOAD into gnpd: the process's allocations are counted, and those a test chooses fail. It stands below the
- * daemon's own malloc (core/base/reserve.c), in place of the C library's, and so sees the allocations of libmicrohttpd, jansson, libzip, FLANN
+ * daemon's own malloc (server/base/reserve.c), in place of the C library's, and so sees the allocations of libmicrohttpd, jansson, libzip, FLANN
  * and whatever else is loaded.
  *
  * $FAILING_MALLOC names a file with room for the struct below, which both sides map. The test writes `first` and `count`

@@ -1,13 +1,14 @@
-/* Writes the OpenAPI document to standard output; `make openapi` keeps it in proto/openapi.yaml. */
+/* Writes the OpenAPI document to standard output; `make openapi` keeps it in server/openapi.yaml. */
 #include <stdio.h>
 
 #include "proto/operation/operation.h"
+#include "server/api/openapi.h"
 
 int main(void)
 {
 	struct gnp_buffer buffer = {0};
 	struct gnp_error error = {0};
-	if (gnp_openapi_write(&buffer, &error) != GNP_OK) {
+	if (gnpd_openapi_write(&buffer, &error) != GNP_OK) {
 		fprintf(stderr, "write_openapi: %s\n", error.text);
 		return 1;
 	}

@@ -74,7 +74,7 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 	(void)command;
 	const char *output = gnp_arguments_get(arguments, "output", "-"), *type = gnp_arguments_get(arguments, "type", NULL);
 	enum gnp_datatype wanted = GNP_DATATYPE_COUNT;
-	enum gnp_format format;
+	const struct gnp_format *format;
 	if (gnp_file_format_out(gnp_arguments_get(arguments, "format", NULL), output, &format, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
 	if (type)

@@ -9,6 +9,7 @@
 #include "clients/notices.h"
 #include "core/base/memory.h"
 #include "core/base/vector.h"
+#include "proto/file/file.h"
 
 static const struct gnp_option options[] = {
 	{"input-format", 0, "NAME", "format of the input (default: by extension, else by its first bytes)"},
@@ -108,7 +109,7 @@ static gnp_status print_fields(const char *path, const struct gnp_arguments *arg
 }
 
 /* What the file says of itself. */
-static gnp_status print_notices(enum gnp_format format, const struct gnp_buffer *content, struct gnp_error *error)
+static gnp_status print_notices(const struct gnp_format *format, const struct gnp_buffer *content, struct gnp_error *error)
 {
 	struct gnp_values parameters = {0};
 	gnp_status status = gnp_file_parameters(format, content->data, content->size, &parameters, error);
@@ -126,7 +127,7 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 	(void)command;
 	const char *path = arguments->operands[0];
 	struct gnp_buffer content = {0};
-	enum gnp_format format = GNP_FORMAT_COUNT;
+	const struct gnp_format *format = NULL;
 	gnp_status status = gnp_file_read(path, &content, error);
 	bool known = status == GNP_OK && gnp_file_format_any(gnp_arguments_get(arguments, "input-format", NULL), path, &content, &format);
 	if (known && !gnp_format_readable(format))

@@ -9,6 +9,7 @@
 #include "clients/notices.h"
 #include "clients/server_options.h"
 #include "clients/session.h"
+#include "proto/file/sniff.h"
 
 static const struct gnp_option options[] = {
 	{"url", 0, "URL", "the server, for example http://127.0.0.1:8080"},
@@ -87,7 +88,7 @@ static gnp_status fetch(const struct gnp_job_server *server, const char *id, con
 {
 	struct gnp_buffer result = {0}, header = {0};
 	struct gnp_values parameters = {0};
-	enum gnp_format format = GNP_FORMAT_COUNT;
+	const struct gnp_format *format = NULL;
 	gnp_status status = gnp_job_fetch(server, id, &result, &header, error);
 	if (status == GNP_OK)
 		status = gnp_file_write(gnp_arguments_get(arguments, "output", "-"), result.data, result.size, error);

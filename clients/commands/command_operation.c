@@ -9,7 +9,10 @@
 #include "clients/notices.h"
 #include "clients/server_options.h"
 #include "clients/session.h"
+#include "proto/file/file.h"
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/parameter.h"
 
 static const struct gnp_option client_options[] = {
 	{"output", 'o', "FILE", "where to write (default: standard output)"},
@@ -31,7 +34,7 @@ static const struct gnp_option client_options[] = {
 struct job {
 	const struct gnp_operation *operation;
 	const char *input, *output, *url, *input_format_name, *weights_dir;
-	enum gnp_format input_format, output_format;
+	const struct gnp_format *input_format, *output_format;
 	uint64_t workers;
 	struct gnp_http_request server; /* key, cacert, timeout */
 	bool job, wait;

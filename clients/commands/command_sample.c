@@ -22,7 +22,7 @@ static const struct gnp_option options[] = {
 
 struct plan {
 	const char *output;
-	enum gnp_format format;
+	const struct gnp_format *format;
 	enum gnp_datatype datatype;
 	uint64_t shape_seed, degree;
 	struct gnp_sample_options sample;

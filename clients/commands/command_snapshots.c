@@ -151,7 +151,7 @@ static gnp_status add_fields(const struct series *s, size_t i, struct gnp_tensor
 	return status == GNP_OK && s->time ? gnp_values_add_number(comments, "time", gnp_tensor_get(s->time, i), error) : status;
 }
 
-static gnp_status write_snapshot(const struct series *s, size_t i, const struct pattern *pattern, enum gnp_format format,
+static gnp_status write_snapshot(const struct series *s, size_t i, const struct pattern *pattern, const struct gnp_format *format,
                                  struct gnp_error *error)
 {
 	struct gnp_buffer name = {0};
@@ -169,7 +169,7 @@ static gnp_status write_snapshot(const struct series *s, size_t i, const struct 
 	return status;
 }
 
-static gnp_status write_all(const struct gnp_arguments *arguments, const struct pattern *pattern, enum gnp_format format,
+static gnp_status write_all(const struct gnp_arguments *arguments, const struct pattern *pattern, const struct gnp_format *format,
                             struct gnp_error *error)
 {
 	const char *path = arguments->operands[0];
@@ -191,7 +191,7 @@ static enum gnp_exit run(const struct gnp_command *command, const struct gnp_arg
 	(void)command;
 	const char *output = gnp_arguments_get(arguments, "output", "");
 	struct pattern pattern;
-	enum gnp_format format;
+	const struct gnp_format *format;
 	if (read_pattern(output, &pattern, error) != GNP_OK ||
 	    gnp_file_format_out(gnp_arguments_get(arguments, "format", NULL), output, &format, error) != GNP_OK)
 		return GNP_EXIT_USAGE;

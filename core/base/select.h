@@ -1,4 +1,4 @@
-/* Order statistics of small arrays. */
+/* Order statistics of small arrays, in place: O(count) on average. */
 #ifndef GNP_CORE_SELECT_H
 #define GNP_CORE_SELECT_H
 

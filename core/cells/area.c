@@ -4,6 +4,7 @@
 #include <stdatomic.h>
 
 #include "core/cells/cell.h"
+#include "core/cloud/neighborhoods.h"
 
 enum { POINTS_A_CHUNK = 512 };
 

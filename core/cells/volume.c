@@ -4,6 +4,7 @@
 
 #include "core/base/memory.h"
 #include "core/cells/cell.h"
+#include "core/cloud/neighborhoods.h"
 
 enum { POINTS_A_CHUNK = 512, EDGES = 16 };
 

@@ -7,9 +7,9 @@
 #include "core/base/memory.h"
 #include "core/base/select.h"
 #include "core/base/vector.h"
-#include "core/cloud/pca.h"
 #include "core/fit/least_squares.h"
 #include "core/fit/taylor.h"
+#include "core/linear/pca.h"
 
 /* Neighbours looked at: of a row of points, of a point's surface, of the patches that estimators make. */
 enum { FEW = 9, NEAR = 16, WIDE = 96 };

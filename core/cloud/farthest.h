@@ -7,9 +7,10 @@
 #include "core/base/status.h"
 #include "core/base/task.h"
 
-/* points (count, 3), fastest in curve order. excluded (count): 1 for points never chosen; NULL: none. Sets chosen[i] (count) to 1 for
- * `wanted` points, fewer where fewer places are left, and to 0 for all others; the first is the one farthest from the mean. Exact; ties go to
- * the lowest index. Takes about count log(wanted) steps. task may be NULL. */
+/* points (count, 3), fastest in curve order. excluded (count): 1 for points never chosen; NULL: none. Sets
+ * chosen[i] (count) to 1 for `wanted` points, fewer where fewer places are left, and to 0 for all others; the
+ * first is the one farthest from the mean. Exact; ties go to the lowest index. O(n log wanted) on surfaces; 26
+ * bytes a point. task may be NULL. */
 gnp_status gnp_farthest_choose(const double *points, size_t count, const unsigned char *excluded, size_t wanted,
                                struct gnp_task *task, unsigned char *chosen, struct gnp_error *error);
 

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/forest.h"
 #include "core/base/memory.h"
 #include "core/base/select.h"
 #include "core/base/vector.h"
-#include "core/cloud/forest.h"
-#include "core/cloud/pca.h"
+#include "core/linear/pca.h"
 
 static const double SCATTERED = 0.1; /* mean share of the least variance that no surface has */
 static const double AWAY_MOST = 1e100; /* finite where a spacing is next to nothing */

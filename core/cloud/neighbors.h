@@ -1,7 +1,8 @@
-/* Exact nearest-neighbour and radius search (the one FLANN user).
+/* Finds the nearest points of a cloud, and those within a distance, exactly.
  *
- * The index keeps its own reference to the points, which must stay unchanged and alive while it lives.
- * Searches are safe from many threads at once. Distances are Euclidean (not squared). */
+ * The points are the caller's: they must stay unchanged and alive while the index lives. Searches are safe from many
+ * threads at once. Distances are Euclidean (not squared). Building takes O(n log n) and 64 bytes a point, of which 48
+ * stay; a search O(log n + points found). The tree itself is index.h's. */
 #ifndef GNP_CORE_NEIGHBORS_H
 #define GNP_CORE_NEIGHBORS_H
 
@@ -10,37 +11,45 @@
 
 #include "core/base/scratch.h"
 #include "core/base/status.h"
+#include "core/cloud/index.h"
 
 struct gnp_neighbors;
 
 /* points (count, 3), 1 <= count < 2^31. Build it over points in curve order (order.h): it is faster then.
  * GNP_DEGENERATE for a coordinate that is not finite or over GNP_COORDINATE_MAX. */
-gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out,
-                               struct gnp_error *error);
+gnp_status gnp_neighbors_build(const double *points, size_t count, struct gnp_neighbors **out, struct gnp_error *error);
+
+/* The same on a search tree of the caller's choice, which must outlive it. */
+gnp_status gnp_neighbors_build_on(const struct gnp_index_kind *kind, const double *points, size_t count,
+                                  struct gnp_neighbors **out, struct gnp_error *error);
 void gnp_neighbors_free(struct gnp_neighbors *neighbors);
 
-/* The k nearest of each of `queries` points (queries, 3), the query itself included when it is a point of the
- * index. index, distance (queries, k), each row ascending by (distance, index). 1 <= k <= count.
- * Ties at the k-th distance may fall either way, the same way every time. GNP_DEGENERATE for a query that is not finite. */
-gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double *points, size_t queries, size_t k,
-                             uint32_t *index, double *distance, struct gnp_scratch *scratch,
-                             struct gnp_error *error);
+const double *gnp_neighbors_points(const struct gnp_neighbors *neighbors); /* (count, 3) */
+size_t gnp_neighbors_count(const struct gnp_neighbors *neighbors);
+size_t gnp_neighbors_bytes(const struct gnp_neighbors *neighbors); /* memory beside the points, at most */
 
-/* For each centre (an indexed point): every point within ratio * (distance to the k-th nearest neighbour, the centre itself
- * counted), the fast path of patch building; fastest where consecutive centres are close together.
- * Row r holds entries [start[r], start[r+1]) of index and distance, ascending by (distance, index); its first entry
- * is the centre itself or one that coincides with it. r_k is returned too. All arrays live in scratch. */
-struct gnp_neighborhoods {
-	size_t count;       /* centres */
-	size_t *start;      /* (count + 1) */
-	uint32_t *index;    /* (start[count]) */
-	double *distance;   /* (start[count]) */
-	double *r_k;        /* (count) distance to the k-th nearest */
-};
-/* At most `most` entries a row are kept (the nearest ones); the limit guards against heavy duplication and far
- * outliers whose ball would hold the whole cloud. */
-gnp_status gnp_neighborhoods_find(const struct gnp_neighbors *neighbors, const uint32_t *centres, size_t count,
-                                  size_t k, double ratio, size_t most, struct gnp_scratch *scratch,
-                                  struct gnp_neighborhoods *out, struct gnp_error *error);
+/* The k nearest of each of `queries` points (queries, 3), the query itself included when it is a point of the index.
+ * index, distance (queries, k), each row ascending by (distance, index). 1 <= k <= count. Ties at the k-th distance may
+ * fall either way, the same way every time. GNP_DEGENERATE for a query that is not finite. */
+gnp_status gnp_neighbors_knn(const struct gnp_neighbors *neighbors, const double *points, size_t queries, size_t k,
+                             uint32_t *index, double *distance, struct gnp_scratch *scratch, struct gnp_error *error);
+
+/* Searches within a radius, for neighborhoods.c. Before some of them: whether there is memory for those that keep
+ * at most `most` points. */
+gnp_status gnp_neighbors_prepare(const struct gnp_neighbors *neighbors, size_t most, struct gnp_error *error);
+
+/* The points within radius of a place (3), or the nearest `most` of them. index, distance (most): ascending by
+ * (distance, index). *count: how many. */
+gnp_status gnp_neighbors_within(const struct gnp_neighbors *neighbors, const double *place, double radius, size_t most,
+                                uint32_t *index, double *distance, size_t *count, struct gnp_scratch *scratch,
+                                struct gnp_error *error);
+
+/* The same as the search tree has them, in its order and perhaps with some that are a millionth farther: found,
+ * and spare memory in square, (most) each. Returns how many. */
+size_t gnp_neighbors_candidates(const struct gnp_neighbors *neighbors, const double *place, double radius, size_t most,
+                                int *found, double *square);
+
+/* Sorts a row ascending by (distance, index); for short ones. */
+void gnp_neighbors_sort(double *distance, uint32_t *index, size_t count);
 
 #endif

@@ -14,7 +14,7 @@
  * value, whose sign is that of the enclosed volume; and the mean of n . d over the points farthest in fourteen
  * directions d, where the outward normal of a closed surface is d. An open surface with a hollow side gets the normals
  * that look away from its centroid (a dome's outside, by the same flux). Where the witnesses say nothing (sum within
- * 0.05 of zero: planes, saddles) the largest component of the mean normal is made positive. */
+ * 0.05 of zero: planes, saddles) the largest component of the mean normal is made positive. O(count), no memory. */
 bool gnp_outward_flips(const double *points, const double *normals, const double *radius, const uint32_t *members,
                        size_t count);
 

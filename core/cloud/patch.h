@@ -1,8 +1,9 @@
 /* Patches: a neighbourhood of the cloud in its own frame and scale (the paper's eqs. local_pca and patch_eq).
  *
- * The patch of centre x is all points within epsilon = 1.1 r_k; a longer row of neighbours adds a buffer beyond it. Origin: the mean of the patch (not of the buffer). psi1, psi2, psi3: its principal axes,
- * psi3 on the side of the mean given normal, psi1 x psi2 = psi3. (u, v) are divided by the largest in-plane distance of a
- * patch point from the origin, heights w by max(2 std, delta0_ratio * epsilon) or as the source says. */
+ * The patch of centre x is all points within epsilon = 1.1 r_k; a longer row of neighbours adds a buffer beyond
+ * it. Origin: the mean of the patch (not of the buffer). psi1, psi2, psi3: its principal axes, psi3 on the side of
+ * the mean given normal, psi1 x psi2 = psi3. (u, v) are divided by the largest in-plane distance of a patch point
+ * from the origin, heights w by max(2 std, delta0_ratio * epsilon) or as the source says. */
 #ifndef GNP_CORE_PATCH_H
 #define GNP_CORE_PATCH_H
 
@@ -11,7 +12,7 @@
 #include <stdint.h>
 
 #include "core/base/vector.h"
-#include "core/cloud/neighbors.h"
+#include "core/cloud/neighborhoods.h"
 
 #define GNP_PATCH_TAU 1.1 /* epsilon = tau r_k */
 
@@ -45,7 +46,7 @@ static inline bool gnp_same_sheet(const double a[3], const double b[3])
 }
 
 /* Builds the patch of one row of neighbourhoods, which holds at least k points. u, v, w: (length of the row), filled.
- * GNP_DEGENERATE when the points of the patch coincide. */
+ * GNP_DEGENERATE when the points of the patch coincide. O(length of the row), no memory of its own. */
 gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct gnp_neighborhoods *neighborhoods,
                            size_t row, uint32_t centre, double *u, double *v, double *w, struct gnp_patch *patch,
                            struct gnp_error *error);
@@ -53,7 +54,8 @@ gnp_status gnp_patch_build(const struct gnp_patch_source *source, const struct g
 /* Scaled in-plane coordinates of a point in space. */
 void gnp_patch_locate(const struct gnp_patch *patch, const double point[3], double *u, double *v);
 
-/* Whether the patch's points leave a gap of more than about 120 degrees (113 to 126) round (u, v): the point lies on an open boundary. */
+/* Whether the patch's points leave a gap of more than about 120 degrees (113 to 126) round (u, v): the point lies
+ * on an open boundary. */
 bool gnp_patch_one_sided(const struct gnp_patch *patch, double u, double v);
 
 #endif

@@ -20,16 +20,18 @@ struct gnp_prepared {
 };
 
 /* cloud has passed gnp_cloud_check. Normals are scaled to unit length, or estimated and oriented (orient.h) when
- * absent. What cannot be believed of the cloud is warned of (belief.h). On failure *out is unchanged. */
+ * absent. What cannot be believed of the cloud is warned of (belief.h). On failure *out is unchanged. O(n log n);
+ * what is prepared takes 100 bytes a point, and 170 more while normals are estimated. */
 gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
                        struct gnp_prepared *out, struct gnp_error *error);
 
 /* The same of what is left of a cloud that was prepared before, with normals of fits: nothing of it is judged again. */
-gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct gnp_prepared *out,
-                              struct gnp_error *error);
+gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                              struct gnp_prepared *out, struct gnp_error *error);
 
 /* The same without normals, which are NULL: for what goes by distances alone. */
-gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out, struct gnp_error *error);
+gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out,
+                              struct gnp_error *error);
 void gnp_prepared_clear(struct gnp_prepared *prepared);
 
 #endif

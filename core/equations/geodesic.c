@@ -10,7 +10,7 @@
 #include "core/equations/equation_check.h"
 #include "core/equations/geodesic_check.h"
 #include "core/linear/components.h"
-#include "core/linear/lu.h"
+#include "core/linear/factor_solve.h"
 
 /* Heat must not underflow across the cloud: exp(-700) is the last double of full precision. */
 static const double longest_way = 500; /* in units of sqrt t */
@@ -20,7 +20,7 @@ struct gnp_geodesic {
 	struct gnp_stiffness stiffness;
 	struct gnp_components components;
 	struct gnp_collocation gradient;
-	struct gnp_lu *heat, *poisson;
+	struct gnp_factor *heat, *poisson;
 	double time; /* t [length^2] */
 };
 
@@ -28,8 +28,8 @@ void gnp_geodesic_free(struct gnp_geodesic *geodesic)
 {
 	if (!geodesic)
 		return;
-	gnp_lu_free(geodesic->heat);
-	gnp_lu_free(geodesic->poisson);
+	gnp_factor_free(geodesic->heat);
+	gnp_factor_free(geodesic->poisson);
 	gnp_collocation_clear(&geodesic->gradient);
 	gnp_components_clear(&geodesic->components);
 	gnp_stiffness_clear(&geodesic->stiffness);
@@ -41,7 +41,7 @@ size_t gnp_geodesic_bytes(const struct gnp_geodesic *geodesic)
 {
 	struct gnp_csr one = gnp_collocation_view(&geodesic->gradient, GNP_DERIVATIVE_GRADIENT_X);
 	size_t edges = geodesic->stiffness.start[geodesic->stiffness.count];
-	return sizeof *geodesic + gnp_domain_bytes(&geodesic->domain) + gnp_lu_bytes(geodesic->heat) + gnp_lu_bytes(geodesic->poisson) +
+	return sizeof *geodesic + gnp_domain_bytes(&geodesic->domain) + gnp_factor_bytes(geodesic->heat) + gnp_factor_bytes(geodesic->poisson) +
 	       3 * gnp_csr_bytes(&one) + edges * 12 + geodesic->domain.prepared.count * 40;
 }
 
@@ -68,15 +68,15 @@ static double flow_time(const struct gnp_domain *domain)
 
 /* S + diag(added), factored. */
 static gnp_status factor(const struct gnp_geodesic *geodesic, const double *added, struct gnp_pool *pool, struct gnp_task *task,
-                         struct gnp_lu **lu, struct gnp_error *error)
+                         struct gnp_factor **out, struct gnp_error *error)
 {
 	struct gnp_csr matrix = {.rows = 0};
-	struct gnp_lu_plan plan;
+	struct gnp_factor_plan plan;
 	gnp_status status = gnp_volume_matrix(&geodesic->stiffness, added, NULL, &matrix, error);
 	if (status == GNP_OK)
-		status = gnp_lu_plan_make(&matrix, true, geodesic->domain.prepared.points, pool, task, &plan, error);
+		status = gnp_factor_plan_make(&matrix, true, geodesic->domain.prepared.points, pool, task, &plan, error);
 	if (status == GNP_OK)
-		status = gnp_lu_factor_take(&matrix, &plan, pool, task, lu, error);
+		status = gnp_factor_make_take(&matrix, &plan, pool, task, out, error);
 	gnp_csr_clear(&matrix);
 	return status;
 }
@@ -198,7 +198,7 @@ static gnp_status let_heat_flow(struct flow *flow, struct gnp_pool *pool, struct
 	size_t n = geodesic->domain.prepared.count;
 	for (size_t i = 0; i < n; i++)
 		flow->u[i] = flow->source[i];
-	gnp_status status = gnp_lu_solve(geodesic->heat, flow->u, 1, pool, task, error);
+	gnp_status status = gnp_factor_solve(geodesic->heat, flow->u, 1, pool, task, error);
 	for (size_t i = 0; i < n && status == GNP_OK; i++)
 		flow->u[i] = is_reached(flow, i) ? -sqrt(geodesic->time) * log(fmax(flow->u[i], 1e-300)) : 0;
 	return status;
@@ -300,7 +300,7 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 		status = find_directions(&flow, pool, error);
 	if (status == GNP_OK) {
 		sum_flux(&flow);
-		status = gnp_lu_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
+		status = gnp_factor_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
 	}
 	if (status == GNP_OK) {
 		write_distances(&flow, distance);

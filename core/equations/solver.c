@@ -6,7 +6,7 @@
 
 #include "core/base/memory.h"
 #include "core/cells/volume.h"
-#include "core/linear/lu.h"
+#include "core/linear/factor_solve.h"
 #include "core/linear/vectors.h"
 
 enum { DIRECT_MAX = 250000, RESTART = 60 };
@@ -15,7 +15,7 @@ static const double refine_above = 1e-9; /* relative residuals of a direct solut
 struct gnp_solver {
 	const struct gnp_equation *equation;
 	int kind;
-	struct gnp_lu *lu; /* direct: of the system or its normal equations; iterative: of the finite-volume form */
+	struct gnp_factor *factor; /* direct: of the system or its normal equations; iterative: of the finite-volume form */
 	double *mass;      /* (unknowns) iterative: area, 1 at given points */
 	double *squares;   /* (rows) direct, square, with given points: what squares of residuals weigh; NULL: all the same */
 };
@@ -24,7 +24,7 @@ void gnp_solver_free(struct gnp_solver *solver)
 {
 	if (!solver)
 		return;
-	gnp_lu_free(solver->lu);
+	gnp_factor_free(solver->factor);
 	free(solver->mass);
 	free(solver->squares);
 	free(solver);
@@ -32,7 +32,7 @@ void gnp_solver_free(struct gnp_solver *solver)
 
 size_t gnp_solver_bytes(const struct gnp_solver *solver)
 {
-	return sizeof *solver + gnp_lu_bytes(solver->lu) + (solver->mass ? solver->equation->unknowns * sizeof(double) : 0);
+	return sizeof *solver + gnp_factor_bytes(solver->factor) + (solver->mass ? solver->equation->unknowns * sizeof(double) : 0);
 }
 
 int gnp_solver_kind(const struct gnp_solver *solver)
@@ -45,7 +45,7 @@ static bool is_square(const struct gnp_equation *equation)
 	return equation->system == GNP_SYSTEM_SQUARE;
 }
 
-static gnp_status too_large(const struct gnp_lu_plan *plan, size_t memory_limit, struct gnp_error *error)
+static gnp_status too_large(const struct gnp_factor_plan *plan, size_t memory_limit, struct gnp_error *error)
 {
 	return gnp_error_set(error, GNP_TOO_LARGE, "memory: the factor of %zu unknowns needs %.2f GB, the limit is %.2f GB",
 	                     plan->symbolic.count, 1e-9 * (double)plan->peak_bytes, 1e-9 * (double)memory_limit);
@@ -53,11 +53,11 @@ static gnp_status too_large(const struct gnp_lu_plan *plan, size_t memory_limit,
 
 /* fits (may be NULL: then it must) says whether the limit allows the factor. */
 static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit, struct gnp_pool *pool,
-                         struct gnp_task *task, bool *fits, struct gnp_lu **lu, struct gnp_error *error)
+                         struct gnp_task *task, bool *fits, struct gnp_factor **out, struct gnp_error *error)
 {
-	struct gnp_lu_plan plan;
+	struct gnp_factor_plan plan;
 	gnp_task_stage(task, GNP_STAGE_FACTOR, 0);
-	gnp_status status = gnp_lu_plan_make(matrix, symmetric, points, pool, task, &plan, error);
+	gnp_status status = gnp_factor_plan_make(matrix, symmetric, points, pool, task, &plan, error);
 	if (status != GNP_OK)
 		return status;
 	bool allowed = memory_limit == 0 || plan.peak_bytes <= memory_limit;
@@ -65,11 +65,11 @@ static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const dou
 		*fits = allowed;
 	if (!allowed) {
 		status = fits ? GNP_OK : too_large(&plan, memory_limit, error);
-		gnp_lu_plan_clear(&plan);
+		gnp_factor_plan_clear(&plan);
 		return status;
 	}
 	gnp_task_stage(task, GNP_STAGE_FACTOR, plan.symbolic.supernodes);
-	return gnp_lu_factor_take(matrix, &plan, pool, task, lu, error);
+	return gnp_factor_make_take(matrix, &plan, pool, task, out, error);
 }
 
 static double *kept_points(const struct gnp_equation *equation, const double *points)
@@ -108,7 +108,7 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 	if (!points)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for %zu unknowns", equation->unknowns);
 	bool square = is_square(equation);
-	gnp_status status = factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->lu,
+	gnp_status status = factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->factor,
 	                           error);
 	free(points);
 	solver->kind = GNP_SOLVER_DIRECT;
@@ -161,7 +161,7 @@ static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_dom
 		status = gnp_volume_matrix(&stiffness, added, equation->given, &matrix, error);
 	}
 	if (status == GNP_OK)
-		status = factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->lu, error);
+		status = factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->factor, error);
 	gnp_prepared_clear(&kept);
 	gnp_stiffness_clear(&stiffness);
 	gnp_csr_clear(&matrix);
@@ -206,7 +206,7 @@ static gnp_status apply_volumes(const void *context, const double *x, double *y,
 	const struct gnp_solver *solver = context;
 	for (size_t i = 0; i < solver->equation->unknowns; i++)
 		y[i] = solver->mass[i] * x[i];
-	return gnp_lu_solve(solver->lu, y, 1, pool, task, error);
+	return gnp_factor_solve(solver->factor, y, 1, pool, task, error);
 }
 
 /* y = S^-1 M^2 S^-1 x, that of the normal equations. */
@@ -216,10 +216,10 @@ static gnp_status apply_volumes_twice(const void *context, const double *x, doub
 	const struct gnp_solver *solver = context;
 	size_t n = solver->equation->unknowns;
 	memcpy(y, x, n * sizeof *y);
-	gnp_status status = gnp_lu_solve(solver->lu, y, 1, pool, task, error);
+	gnp_status status = gnp_factor_solve(solver->factor, y, 1, pool, task, error);
 	for (size_t i = 0; i < n; i++)
 		y[i] *= solver->mass[i] * solver->mass[i];
-	return status == GNP_OK ? gnp_lu_solve(solver->lu, y, 1, pool, task, error) : status;
+	return status == GNP_OK ? gnp_factor_solve(solver->factor, y, 1, pool, task, error) : status;
 }
 
 /* Given values are no unknowns of least squares: b (rows) less what they contribute; x holds them and is zero elsewhere. */
@@ -242,13 +242,15 @@ static gnp_status iterate_least_squares(const struct gnp_solver *solver, const d
                                         struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
-	struct gnp_linear matrix = {apply_matrix, &equation->matrix}, transpose = {apply_matrix, &equation->transpose},
-	                  inverse = {apply_volumes_twice, solver};
+	const struct gnp_krylov_system system = {.rows = equation->rows, .n = equation->unknowns,
+	                                         .matrix = {apply_matrix, &equation->matrix},
+	                                         .transpose = {apply_matrix, &equation->transpose},
+	                                         .inverse = {apply_volumes_twice, solver}, .pool = pool, .task = task};
 	double *left = gnp_array_new(equation->rows, sizeof *left), *change = gnp_array_zero(equation->unknowns, sizeof *change);
 	gnp_status status = left && change ? without_given(equation, b, pool, x, left, error)
 	                                   : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu rows", equation->rows);
 	if (status == GNP_OK)
-		status = gnp_cgls(equation->rows, equation->unknowns, matrix, transpose, inverse, left, options, pool, task, change, report, error);
+		status = gnp_krylov_cgls(&system, left, options, change, report, error);
 	for (size_t c = 0; change && c < equation->unknowns; c++)
 		x[c] += change[c];
 	free(left);
@@ -265,8 +267,10 @@ static gnp_status iterate(const struct gnp_solver *solver, const double *b, cons
 	if (!is_square(equation))
 		return iterate_least_squares(solver, b, &wanted, pool, task, x, report, error);
 	memset(x, 0, equation->unknowns * sizeof *x);
-	return gnp_gmres(equation->rows, (struct gnp_linear){apply_matrix, &equation->matrix}, (struct gnp_linear){apply_volumes, solver}, b,
-	                 &wanted, pool, task, x, report, error);
+	const struct gnp_krylov_system system = {.rows = equation->rows, .n = equation->unknowns,
+	                                         .matrix = {apply_matrix, &equation->matrix},
+	                                         .inverse = {apply_volumes, solver}, .pool = pool, .task = task};
+	return gnp_krylov_gmres(&system, b, &wanted, x, report, error);
 }
 
 /* correction (unknowns): of the residual left (rows), relative sizes of it in report. */
@@ -303,7 +307,7 @@ static gnp_status check(const struct gnp_solver *solver, const double *b, struct
 	                         : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu rows", equation->rows);
 	report->iterations = 1;
 	if (status == GNP_OK && report->residual > refine_above) {
-		status = gnp_lu_solve(solver->lu, correction, 1, pool, task, error);
+		status = gnp_factor_solve(solver->factor, correction, 1, pool, task, error);
 		for (size_t c = 0; c < equation->unknowns && status == GNP_OK; c++)
 			x[c] += correction[c];
 		report->iterations = 2;
@@ -332,7 +336,7 @@ static gnp_status solve_directly(const struct gnp_solver *solver, const double *
 	if (is_square(equation) && status == GNP_OK)
 		memcpy(x, b, count * n * sizeof *x);
 	if (status == GNP_OK)
-		status = gnp_lu_solve(solver->lu, x, count, pool, task, error);
+		status = gnp_factor_solve(solver->factor, x, count, pool, task, error);
 	for (size_t r = 0; r < count && status == GNP_OK; r++)
 		status = check(solver, b + r * rows, pool, task, x + r * n, &report[r], error);
 	free(left);

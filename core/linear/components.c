@@ -116,7 +116,8 @@ gnp_status gnp_components_find(const struct gnp_csr *matrix, const unsigned char
 {
 	size_t n = matrix->rows;
 	struct gnp_components found = {.unknowns = n, .label = gnp_array_new(n, sizeof(uint32_t)),
-	                               .anchor = gnp_array_new(n, sizeof(uint32_t)), .size = gnp_array_new(n, sizeof(size_t))};
+	                               .anchor = gnp_array_new(n, sizeof(uint32_t)),
+	                               .size = gnp_array_new(n, sizeof(size_t))};
 	uint32_t *block = gnp_array_zero(n, 5 * sizeof *block);
 	size_t *next = gnp_array_new(n, sizeof *next);
 	bool *leaves = gnp_array_new(n, sizeof *leaves);

@@ -10,7 +10,8 @@ enum { ROWS_A_CHUNK = 2048, PRODUCT_ROWS_A_CHUNK = 512 };
 gnp_status gnp_csr_allocate(size_t rows, size_t columns, size_t entries, struct gnp_csr *out, struct gnp_error *error)
 {
 	struct gnp_csr matrix = {.rows = rows, .columns = columns, .row_offsets = gnp_array_zero(rows + 1, sizeof(size_t)),
-	                         .column = gnp_array_new(entries, sizeof(uint32_t)), .value = gnp_array_new(entries, sizeof(double))};
+	                         .column = gnp_array_new(entries, sizeof(uint32_t)),
+	                         .value = gnp_array_new(entries, sizeof(double))};
 	if (!matrix.row_offsets || !matrix.column || !matrix.value) {
 		gnp_csr_clear(&matrix);
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "matrix: no memory for %zu entries in %zu rows", entries, rows);
@@ -31,7 +32,8 @@ size_t gnp_csr_bytes(const struct gnp_csr *matrix)
 {
 	if (!matrix->row_offsets)
 		return 0;
-	return (matrix->rows + 1) * sizeof(size_t) + matrix->row_offsets[matrix->rows] * (sizeof(uint32_t) + sizeof(double));
+	return (matrix->rows + 1) * sizeof(size_t) +
+	       matrix->row_offsets[matrix->rows] * (sizeof(uint32_t) + sizeof(double));
 }
 
 struct multiplication {
@@ -40,7 +42,8 @@ struct multiplication {
 	double *y;
 };
 
-static gnp_status multiply_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status multiply_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                 struct gnp_error *error)
 {
 	const struct multiplication *work = context;
 	const struct gnp_csr *matrix = work->matrix;
@@ -128,11 +131,13 @@ static size_t product_row(const struct product *work, size_t i, uint32_t *seen, 
 	return count;
 }
 
-static gnp_status product_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status product_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	const struct product *work = context;
 	size_t columns = work->right->columns;
-	uint32_t *seen = gnp_scratch_take(scratch, columns, sizeof *seen), *column = gnp_scratch_take(scratch, columns, sizeof *column);
+	uint32_t *seen = gnp_scratch_take(scratch, columns, sizeof *seen);
+	uint32_t *column = gnp_scratch_take(scratch, columns, sizeof *column);
 	double *sum = gnp_scratch_take(scratch, columns, sizeof *sum);
 	if (!seen || !column || !sum)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "matrix: no memory for a product with %zu columns", columns);

@@ -141,7 +141,8 @@ static gnp_status cut(struct work *work, const struct part *part, struct part ha
 	return GNP_OK;
 }
 
-static gnp_status cut_fully(struct work *work, const struct part *part, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status cut_fully(struct work *work, const struct part *part, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	struct part halves[2];
 	gnp_status status = cut(work, part, halves, scratch, error);
@@ -151,7 +152,8 @@ static gnp_status cut_fully(struct work *work, const struct part *part, struct g
 	return status;
 }
 
-static gnp_status cut_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status cut_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	struct work *work = context;
 	gnp_status status = GNP_OK;
@@ -160,7 +162,8 @@ static gnp_status cut_chunk(void *context, size_t begin, size_t end, struct gnp_
 	return status;
 }
 
-static gnp_status finish_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status finish_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct work *work = context;
 	gnp_status status = GNP_OK;
@@ -183,8 +186,8 @@ static gnp_status dissect(struct work *work, struct gnp_pool *pool, struct gnp_t
 	return status == GNP_OK ? gnp_pool_run(pool, NULL, count, 1, finish_chunk, work, error) : status;
 }
 
-gnp_status gnp_dissection_order(const struct gnp_csr *pattern, const double *points, struct gnp_pool *pool, struct gnp_task *task,
-                                uint32_t *order, struct gnp_error *error)
+gnp_status gnp_dissection_order(const struct gnp_csr *pattern, const double *points, struct gnp_pool *pool,
+                                struct gnp_task *task, uint32_t *order, struct gnp_error *error)
 {
 	struct part parts[1 << SHARED_LEVELS], halves[2 << SHARED_LEVELS];
 	unsigned char *side = gnp_array_zero(pattern->rows, 1);

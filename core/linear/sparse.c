@@ -19,7 +19,8 @@ void gnp_symbolic_clear(struct gnp_symbolic *symbolic)
 static cholmod_sparse *upper_pattern(const struct gnp_csr *pattern, cholmod_common *common)
 {
 	size_t n = pattern->rows, at = 0;
-	cholmod_sparse *upper = cholmod_l_allocate_sparse(n, n, pattern->row_offsets[n] / 2 + n, true, true, 1, CHOLMOD_PATTERN, common);
+	cholmod_sparse *upper = cholmod_l_allocate_sparse(n, n, pattern->row_offsets[n] / 2 + n, true, true, 1,
+	                                                  CHOLMOD_PATTERN, common);
 	if (!upper)
 		return NULL;
 	SuiteSparse_long *start = upper->p, *row = upper->i;

@@ -14,7 +14,8 @@ struct dots {
 	double *partial; /* (chunks, count) */
 };
 
-static gnp_status dot_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status dot_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	struct dots *work = context;
 	double weighted[CHUNK], *partial = work->partial + begin / CHUNK * work->count;
@@ -58,7 +59,8 @@ struct additions {
 	double factor, *w;
 };
 
-static gnp_status add_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status add_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	const struct additions *work = context;
 	(void)scratch;
@@ -72,8 +74,8 @@ static gnp_status add_chunk(void *context, size_t begin, size_t end, struct gnp_
 	return GNP_OK;
 }
 
-gnp_status gnp_vectors_add(const double *vectors, size_t count, size_t n, const double *shares, double factor, struct gnp_pool *pool,
-                           double *w, struct gnp_error *error)
+gnp_status gnp_vectors_add(const double *vectors, size_t count, size_t n, const double *shares, double factor,
+                           struct gnp_pool *pool, double *w, struct gnp_error *error)
 {
 	struct additions work = {vectors, shares, count, n, factor, w};
 	return gnp_pool_run(pool, NULL, n, CHUNK / 4, add_chunk, &work, error);

@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "core/base/memory.h"
-#include "core/base/reserve.h"
+#include "core/base/headroom.h"
 #include "core/base/sha256.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "tensors are used as they lie in the file");
@@ -152,7 +152,7 @@ static gnp_status parse_header(struct gnp_safetensors *weights, const char *text
 		return refuse(weights->path, error, GNP_INVALID_ARGUMENT, "header: nested deeper than %d, need a table of tensors",
 		              NESTING_MAX);
 	/* jansson does not bear to run out of memory: it fails an assertion. */
-	if (gnp_reserve_enter(weights->path, HEADER_COST * size, error) != GNP_OK)
+	if (gnp_headroom_need(weights->path, HEADER_COST * size, error) != GNP_OK)
 		return GNP_OUT_OF_MEMORY;
 	weights->root = json_loadb(text, size, JSON_REJECT_DUPLICATES, &fault);
 	if (!weights->root)

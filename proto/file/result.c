@@ -4,6 +4,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "proto/codec/rows.h"
+#include "proto/file/file.h"
+#include "proto/operation/call.h"
 
 /* ---- What is known before ---- */
 
@@ -54,7 +57,8 @@ static size_t columns_of(const struct plan *plan, const struct gnp_tensor_info *
 	size_t columns = 1;
 	for (unsigned d = 1; d < output->rank; d++) {
 		size_t extent = gnp_call_rows(plan->call, output->shape[d]);
-		if (extent < GNP_ROWS_OTHER && (!gnp_size_multiply(columns, extent, &columns) || columns > GNP_FORMAT_COLUMNS_MAX))
+		if (extent < GNP_ROWS_OTHER &&
+		    (!gnp_size_multiply(columns, extent, &columns) || columns > GNP_FORMAT_COLUMNS_MAX))
 			return GNP_FORMAT_COLUMNS_MAX + 1;
 	}
 	return columns;
@@ -102,31 +106,34 @@ static bool is_matrix(const struct plan *plan)
 	return find_planned(plan, "row_offsets") && find_planned(plan, "columns") && find_planned(plan, "values");
 }
 
-bool gnp_result_fits(enum gnp_format format, const struct gnp_call *call)
+bool gnp_result_fits(const struct gnp_format *format, const struct gnp_call *call)
 {
 	struct plan plan = make_plan(call);
-	if (format == GNP_FORMAT_NPY)
+	if (format->holds == GNP_HOLDS_ARRAY)
 		return is_one_array(&plan);
-	if (format == GNP_FORMAT_MTX)
+	if (format->holds == GNP_HOLDS_MATRIX)
 		return is_matrix(&plan);
 	return !gnp_format_of_rows(format) || (fit_in_rows(&plan, true) == ALWAYS && !has_too_many_columns(&plan));
 }
 
-gnp_status gnp_result_check(enum gnp_format format, const struct gnp_call *call, struct gnp_error *error)
+gnp_status gnp_result_check(const struct gnp_format *format, const struct gnp_call *call, struct gnp_error *error)
 {
 	struct plan plan = make_plan(call);
-	if (format == GNP_FORMAT_NPY && !is_one_array(&plan))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npy: holds one array beside points, the answer has %zu: ask for npz or one output",
-		                     arrays_beside_points(&plan));
-	if (format == GNP_FORMAT_MTX && !is_matrix(&plan))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "mtx: needs row_offsets, columns and values, a sparse matrix, which %s does not answer",
-		                     call->operation->name);
+	if (format->holds == GNP_HOLDS_ARRAY && !is_one_array(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE,
+		                     "%s: holds one array beside points, the answer has %zu: ask for npz or one output",
+		                     format->name, arrays_beside_points(&plan));
+	if (format->holds == GNP_HOLDS_MATRIX && !is_matrix(&plan))
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE,
+		                     "%s: needs row_offsets, columns and values, a sparse matrix, which %s does not answer",
+		                     format->name, call->operation->name);
 	if (gnp_format_of_rows(format) && fit_in_rows(&plan, false) == NEVER)
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: the points have %zu rows, and none of the outputs has: ask for npz or json",
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE,
+		                     "%s: the points have %zu rows, and none of the outputs has: ask for npz or json",
 		                     gnp_format_name(format), call->points);
 	if (gnp_format_of_rows(format) && has_too_many_columns(&plan))
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz", gnp_format_name(format),
-		                     GNP_FORMAT_COLUMNS_MAX);
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: more than %d columns: ask for npz",
+		                     gnp_format_name(format), GNP_FORMAT_COLUMNS_MAX);
 	return GNP_OK;
 }
 
@@ -134,18 +141,20 @@ gnp_status gnp_result_check(enum gnp_format format, const struct gnp_call *call,
 
 static gnp_status borrow(struct gnp_tensors *tensors, const struct gnp_tensor *tensor, struct gnp_error *error)
 {
-	return gnp_tensors_add_data(tensors, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data, false, NULL,
-	                            error);
+	return gnp_tensors_add_data(tensors, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data,
+	                            false, NULL, error);
 }
 
 /* Whether a file of the format can hold the tensor beside the points. */
-static bool is_carried(enum gnp_format format, const struct gnp_tensor *points, const struct gnp_tensor *tensor)
+static bool is_carried(const struct gnp_format *format, const struct gnp_tensor *points,
+                       const struct gnp_tensor *tensor)
 {
 	return !gnp_format_of_rows(format) || !points || (tensor->rank && tensor->shape[0] == points->shape[0]);
 }
 
 /* Borrows what is carried; the names of the rest go to left_out. */
-static gnp_status collect(enum gnp_format format, const struct gnp_tensor *points, const struct gnp_tensors *outputs,
+static gnp_status collect(const struct gnp_format *format, const struct gnp_tensor *points,
+                          const struct gnp_tensors *outputs,
                           struct gnp_tensors *tensors, struct gnp_buffer *left_out, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
@@ -162,7 +171,8 @@ static gnp_status collect(enum gnp_format format, const struct gnp_tensor *point
 }
 
 /* The comments with `left_out` before them: where a format cuts them short, this one is kept. */
-static gnp_status encode_with(enum gnp_format format, const struct gnp_tensors *tensors, const struct gnp_values *comments,
+static gnp_status encode_with(const struct gnp_format *format, const struct gnp_tensors *tensors,
+                              const struct gnp_values *comments,
                               const struct gnp_buffer *left_out, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_value first = {.name = "left_out", .type = GNP_VALUE_STRING, .string = (char *)left_out->data};
@@ -178,8 +188,8 @@ static gnp_status encode_with(enum gnp_format format, const struct gnp_tensors *
 	return status;
 }
 
-gnp_status gnp_result_encode(enum gnp_format format, const struct gnp_request *request, const struct gnp_response *response,
-                             struct gnp_buffer *buffer, struct gnp_error *error)
+gnp_status gnp_result_encode(const struct gnp_format *format, const struct gnp_request *request,
+                             const struct gnp_response *response, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	const struct gnp_tensors *outputs = &response->outputs;
 	const struct gnp_tensor *points = gnp_tensors_find(outputs, "points");
@@ -190,8 +200,9 @@ gnp_status gnp_result_encode(enum gnp_format format, const struct gnp_request *r
 	gnp_status status = collect(format, points, outputs, &tensors, &left_out, error);
 	bool nothing = left_out.size && tensors.count == !gnp_tensors_find(outputs, "points");
 	if (status == GNP_OK && nothing)
-		status = gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: the points have %zu rows, and other numbers of rows have %.200s: ask for npz or json",
-		                       gnp_format_name(format), points->shape[0], (const char *)left_out.data);
+		status = gnp_error_set(error, GNP_NOT_ACCEPTABLE,
+		                       "%s: the points have %zu rows, and other numbers of rows have %.200s: ask for npz or "
+		                       "json", gnp_format_name(format), points->shape[0], (const char *)left_out.data);
 	if (status == GNP_OK && left_out.size)
 		status = encode_with(format, &tensors, &response->parameters, &left_out, buffer, error);
 	else if (status == GNP_OK)

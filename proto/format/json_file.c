@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "core/base/names.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/parameters.h"
+#include "proto/format/format.h"
 #include "proto/json/json_numbers.h"
 #include "proto/json/json_text.h"
 #include "proto/operation/operation.h"
@@ -49,7 +50,8 @@ static gnp_status add_array(const struct gnp_decode *decode, const char *name, c
 	status = gnp_decode_check_points(decode, shape[0], error);
 	if (status != GNP_OK)
 		return status;
-	return gnp_json_numbers_read(span->text, span->size, name, vector ? GNP_FP64 : item_type(span), rank, shape, tensors, error);
+	return gnp_json_numbers_read(span->text, span->size, name, vector ? GNP_FP64 : item_type(span), rank, shape,
+	                             tensors, error);
 }
 
 /* ---- Members that are no input ---- */
@@ -85,7 +87,8 @@ static bool is_report(json_t *value)
 	json_object_foreach(value, key, item)
 		if (json_is_object(item) || json_is_array(item))
 			return false;
-	return json_is_string(json_object_get(value, "estimator")) && json_is_boolean(json_object_get(value, "normals_estimated"));
+	return json_is_string(json_object_get(value, "estimator")) &&
+	       json_is_boolean(json_object_get(value, "normals_estimated"));
 }
 
 #define QUERY_MAX 100
@@ -94,7 +97,8 @@ static bool is_report(json_t *value)
 static void write_query(const char *key, const json_t *value, char query[QUERY_MAX])
 {
 	char number[GNP_NUMBER_LENGTH_MAX + 1];
-	const char *shown = json_is_string(value) ? json_string_value(value) : json_is_true(value) ? "true" : json_is_false(value) ? "false" : "...";
+	const char *shown = json_is_string(value) ? json_string_value(value) : json_is_true(value) ? "true" :
+	                    json_is_false(value) ? "false" : "...";
 	if (json_is_number(value)) {
 		number[gnp_number_write_double(number, json_number_value(value))] = '\0';
 		shown = number;
@@ -113,8 +117,9 @@ static gnp_status refuse_parameters(const struct gnp_operation *operation, json_
 			break;
 		}
 	}
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: \"parameters\" is passed over only where an answer wrote it: give parameters "
-	                     "in the query: %s", query);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "json: \"parameters\" is passed over only where an answer wrote it: give parameters in the "
+	                     "query: %s", query);
 }
 
 static gnp_status unknown_member(const struct gnp_decode *decode, const char *key, struct gnp_error *error)
@@ -127,20 +132,22 @@ static gnp_status unknown_member(const struct gnp_decode *decode, const char *ke
 		if (!is_vector(decode->wants.inputs[i].name))
 			gnp_names_add(&list, decode->wants.inputs[i].name);
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-	                     "json: unknown member \"%.60s\", known: %s, and arrays of numbers; parameters go into the query", key,
-	                     gnp_names_end(&list));
+	                     "json: unknown member \"%.60s\", known: %s, and arrays of numbers; parameters go into the "
+	                     "query", key, gnp_names_end(&list));
 }
 
-/* What answers carry is passed over, so that one can be sent in; else who sends a member takes it for something that has an effect. */
-static gnp_status check_member(const struct gnp_decode *decode, const char *key, json_t *value, const struct gnp_json_span *span,
-                               struct gnp_error *error)
+/* What answers carry is passed over, so that one can be sent in; else who sends a member takes it for something that
+ * has an effect. */
+static gnp_status check_member(const struct gnp_decode *decode, const char *key, json_t *value,
+                               const struct gnp_json_span *span, struct gnp_error *error)
 {
 	const struct gnp_operation *operation = decode->wants.operation;
 	bool column = is_column(span);
 	if (is_parameter(operation, key) && !(column && is_output(operation, key))) {
 		char query[QUERY_MAX];
 		write_query(key, value, query);
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: \"%.60s\" is a parameter: give it in the query: %s", key, query);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "json: \"%.60s\" is a parameter: give it in the query: %s",
+		                     key, query);
 	}
 	if (strcmp(key, "parameters") == 0)
 		return is_report(value) ? GNP_OK : refuse_parameters(operation, value, error);
@@ -149,10 +156,11 @@ static gnp_status check_member(const struct gnp_decode *decode, const char *key,
 
 /* ---- Files ---- */
 
-gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_json_document document = {0};
-	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, tensors->budget, &document, error);
+	gnp_status status = gnp_json_parse((const char *)decode->body, decode->size, 1, NULL, tensors->budget, &document,
+	                                   error);
 	if (status != GNP_OK)
 		return status;
 	const char *key;
@@ -179,8 +187,8 @@ gnp_status gnp_json_file_decode(const struct gnp_decode *decode, struct gnp_tens
 	return status;
 }
 
-gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments,
-                                struct gnp_buffer *buffer, struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	gnp_status status = gnp_buffer_append(buffer, "{", 1, error);
 	if (status == GNP_OK && comments && comments->count) {
@@ -199,3 +207,20 @@ gnp_status gnp_json_file_encode(const struct gnp_tensors *tensors, const struct 
 	}
 	return status == GNP_OK ? gnp_buffer_append(buffer, "}\n", 2, error) : status;
 }
+
+static bool begins(const char *text, const char *end)
+{
+	return gnp_format_begins(text, end, "{");
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_parameters_read_member((const char *)body, size, values, error);
+}
+
+static const char *const other_media_types[] = {"text/json", NULL};
+
+const struct gnp_format gnp_format_json = {
+	.name = "json", .media_type = "application/json", .extension = "json", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_TENSORS, .begins = begins, .decode = decode_file, .encode = encode_file,
+		.parameters = parameters};

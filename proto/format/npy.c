@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/format/format.h"
 #include "proto/tensor/scalar.h"
 
 /* dtype kinds and sizes as numpy spells them. */
@@ -77,7 +77,8 @@ static gnp_status read_shape(const char *p, const char *end, struct gnp_npy *npy
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: rank over %d", GNP_TENSOR_RANK_MAX);
 		size_t extent = 0;
 		for (; p < end && isdigit((unsigned char)*p); p++) {
-			if (__builtin_mul_overflow(extent, 10, &extent) || __builtin_add_overflow(extent, (size_t)(*p - '0'), &extent))
+			if (__builtin_mul_overflow(extent, 10, &extent) ||
+			    __builtin_add_overflow(extent, (size_t)(*p - '0'), &extent))
 				return fail(error, "shape: an extent overflows");
 		}
 		npy->shape[npy->rank++] = extent;
@@ -102,7 +103,8 @@ gnp_status gnp_npy_read_header(const unsigned char *file, size_t size, struct gn
 	if (file[6] > 1)
 		length |= (size_t)file[10] << 16 | (size_t)file[11] << 24;
 	if (length > size - start)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: header of %zu bytes, the file has %zu", length, size - start);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: header of %zu bytes, the file has %zu", length,
+		                     size - start);
 	const char *text = (const char *)file + start, *end = text + length;
 	gnp_status status = read_descr(dictionary_value(text, end, "descr"), end, npy, error);
 	const char *order = dictionary_value(text, end, "fortran_order");
@@ -175,8 +177,8 @@ gnp_status gnp_npy_add(const struct gnp_npy *npy, const char *name, unsigned cha
 }
 
 /* Columns [first, first + 3) of source as a floating tensor. */
-static gnp_status add_vectors(const struct gnp_tensor *source, const char *name, size_t first, struct gnp_tensors *tensors,
-                              struct gnp_error *error)
+static gnp_status add_vectors(const struct gnp_tensor *source, const char *name, size_t first,
+                              struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	size_t shape[] = {source->shape[0], 3}, width = source->shape[1];
 	enum gnp_datatype datatype = gnp_scalar_floating(source->datatype);
@@ -196,7 +198,7 @@ static gnp_status check_normals(const struct gnp_tensor *source, const char *nam
 		double n[3];
 		for (size_t c = 0; c < 3; c++)
 			n[c] = gnp_tensor_get(source, 6 * row + 3 + c);
-		status = gnp_check_normal_columns(name, row, n, "the first three columns alone where they are colours", error);
+		status = gnp_decode_check_normal(name, row, n, "the first three columns alone where they are colours", error);
 	}
 	return status;
 }
@@ -210,7 +212,8 @@ gnp_status gnp_npy_check_vectors(const struct gnp_npy *npy, const char *name, st
 {
 	bool both = is_points(name) && npy->rank == 2 && npy->shape[1] == 6;
 	if (npy->rank != 2 || (npy->shape[1] != 3 && !both))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u with %zu columns, need (n,3)%s", name, npy->rank,
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u with %zu columns, need (n,3)%s", name,
+		                     npy->rank,
 		                     npy->rank > 1 ? npy->shape[1] : 1, is_points(name) ? " or (n,6) with normals" : "");
 	return GNP_OK;
 }
@@ -219,7 +222,8 @@ gnp_status gnp_npy_check_input(const struct gnp_npy *npy, const struct gnp_tenso
 {
 	if (npy->rank == input->rank || (npy->rank == 1 && input->rank == 2))
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u, need rank %u", input->name, npy->rank, input->rank);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: array of rank %u, need rank %u", input->name, npy->rank,
+	                     input->rank);
 }
 
 gnp_status gnp_npy_split_vectors(struct gnp_tensors *tensors, const char *name, struct gnp_error *error)
@@ -241,7 +245,7 @@ gnp_status gnp_npy_split_vectors(struct gnp_tensors *tensors, const char *name, 
 	return status;
 }
 
-gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct gnp_npy npy;
 	gnp_status status = gnp_npy_read_header(decode->body, decode->size, &npy, error);
@@ -249,7 +253,8 @@ gnp_status gnp_npy_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 		return status;
 	size_t left = decode->size - npy.header;
 	if (npy.bytes != left)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: the shape needs %zu bytes, the file has %zu", npy.bytes, left);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npy: the shape needs %zu bytes, the file has %zu", npy.bytes,
+		                     left);
 	if (!decode->all)
 		status = gnp_npy_check_vectors(&npy, "points", error);
 	if (status == GNP_OK)
@@ -279,7 +284,8 @@ gnp_status gnp_npy_write_header(const struct gnp_tensor *tensor, struct gnp_buff
 		status = gnp_buffer_printf(buffer, error, "{'descr': '%c%s', 'fortran_order': False, 'shape': (",
 		                           gnp_datatype_size(tensor->datatype) == 1 ? '|' : '<', code);
 	for (unsigned d = 0; d < tensor->rank && status == GNP_OK; d++)
-		status = gnp_buffer_printf(buffer, error, "%zu%s", tensor->shape[d], d + 1 < tensor->rank ? ", " : tensor->rank == 1 ? "," : "");
+		status = gnp_buffer_printf(buffer, error, "%zu%s", tensor->shape[d], d + 1 < tensor->rank ? ", "
+		                           : tensor->rank == 1 ? "," : "");
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(buffer, error, "), }");
 	if (status == GNP_OK)
@@ -304,7 +310,8 @@ static const struct gnp_tensor *only_array(const struct gnp_tensors *tensors)
 	return NULL;
 }
 
-gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	(void)comments; /* the format has no place for them */
@@ -315,3 +322,10 @@ gnp_status gnp_npy_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	gnp_status status = gnp_npy_write_header(tensor, buffer, error);
 	return status == GNP_OK ? gnp_buffer_append(buffer, tensor->data, tensor->size, error) : status;
 }
+
+static const char *const magic[] = {"\x93NUMPY", NULL};
+static const char *const other_media_types[] = {"application/npy", NULL};
+
+const struct gnp_format gnp_format_npy = {
+	.name = "npy", .media_type = "application/x-npy", .extension = "npy", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ARRAY, .magic = magic, .decode = decode_file, .encode = encode_file};

@@ -6,8 +6,10 @@
 #include <zlib.h>
 
 #include "core/base/memory.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/parameters.h"
+#include "proto/format/format.h"
 #include "proto/format/npy.h"
-#include "proto/format/parameters.h"
 
 enum {
 	ENTRIES_MAX = 4096,
@@ -32,7 +34,8 @@ static gnp_status bad_entry(zip_file_t *file, const char *text, struct gnp_error
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: %s", text);
 }
 
-/* Entries of a directory, as their signatures tell: libzip makes something of each of them before it can be asked how many there are. */
+/* Entries of a directory, as their signatures tell: libzip makes something of each of them before it can be asked
+ * how many there are. */
 static size_t count_signatures(const unsigned char *data, size_t size)
 {
 	const unsigned char *p = data, *end = data + size;
@@ -45,7 +48,8 @@ static size_t count_signatures(const unsigned char *data, size_t size)
 }
 
 /* Opens memory as an archive; source data stays the caller's. */
-static gnp_status open_memory(const void *data, size_t size, int flags, zip_source_t **source, zip_t **out, struct gnp_error *error)
+static gnp_status open_memory(const void *data, size_t size, int flags, zip_source_t **source, zip_t **out,
+                              struct gnp_error *error)
 {
 	zip_error_t reason;
 	gnp_status status = GNP_OK;
@@ -91,8 +95,8 @@ static gnp_status read_header(zip_file_t *file, unsigned char *head, struct gnp_
 		start = 12;
 	}
 	if (length < 2 || length + start > HEADER_MAX)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an array's header has %zu bytes, need at most %d", length,
-		                     HEADER_MAX - 12);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: an array's header has %zu bytes, need at most %d",
+		                     length, HEADER_MAX - 12);
 	if (!read_exactly(file, head + 12, start + length - 12))
 		return bad_entry(file, "an entry is cut short", error);
 	return gnp_npy_read_header(head, start + length, npy, error);
@@ -103,7 +107,8 @@ static gnp_status check_entry(const zip_stat_t *entry, struct gnp_error *error)
 	zip_uint64_t need = ZIP_STAT_SIZE | ZIP_STAT_COMP_SIZE | ZIP_STAT_COMP_METHOD | ZIP_STAT_ENCRYPTION_METHOD;
 	if ((entry->valid & need) != need || entry->encryption_method != ZIP_EM_NONE ||
 	    (entry->comp_method != ZIP_CM_STORE && entry->comp_method != ZIP_CM_DEFLATE))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": need a stored or deflated entry", entry->name);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": need a stored or deflated entry",
+		                     entry->name);
 	if (entry->size / DEFLATE_RATIO_MAX > entry->comp_size)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": claims %llu bytes out of %llu", entry->name,
 		                     (unsigned long long)entry->size, (unsigned long long)entry->comp_size);
@@ -111,11 +116,12 @@ static gnp_status check_entry(const zip_stat_t *entry, struct gnp_error *error)
 }
 
 /* What can be said of an array before it is inflated: a body of a few bytes may claim any shape. */
-static gnp_status check_array(const struct gnp_npy *npy, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
-                              struct gnp_error *error)
+static gnp_status check_array(const struct gnp_npy *npy, const zip_stat_t *entry, const char *name,
+                              const struct gnp_decode *decode, struct gnp_error *error)
 {
 	if (npy->bytes > entry->size || npy->bytes + npy->header != entry->size)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "npz: \"%.60s\": the shape needs %zu bytes, the entry has %llu with its header",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "npz: \"%.60s\": the shape needs %zu bytes, the entry has %llu with its header",
 		                     entry->name, npy->bytes, (unsigned long long)entry->size);
 	if (decode->all)
 		return GNP_OK;
@@ -125,8 +131,8 @@ static gnp_status check_array(const struct gnp_npy *npy, const zip_stat_t *entry
 }
 
 /* Inflates an entry's data (bytes), which is owned by the caller and reserved of the budget. */
-static gnp_status inflate_array(zip_file_t *file, const zip_stat_t *entry, size_t bytes, const struct gnp_budget *budget,
-                                unsigned char **out, struct gnp_error *error)
+static gnp_status inflate_array(zip_file_t *file, const zip_stat_t *entry, size_t bytes,
+                                const struct gnp_budget *budget, unsigned char **out, struct gnp_error *error)
 {
 	gnp_status status = gnp_budget_reserve(budget, bytes, error);
 	if (status != GNP_OK)
@@ -150,8 +156,8 @@ static bool is_report(const char *name, const struct gnp_npy *npy)
 	return strcmp(name, GNP_PARAMETERS_NAME) == 0 && npy->datatype == GNP_UINT8 && npy->rank == 1;
 }
 
-static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const char *name, const struct gnp_decode *decode,
-                             struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status read_array(zip_file_t *file, const zip_stat_t *entry, const char *name,
+                             const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	unsigned char *head = gnp_array_new(HEADER_MAX, 1), *data = NULL;
 	struct gnp_npy npy;
@@ -205,13 +211,14 @@ static gnp_status read_entry(zip_t *archive, zip_uint64_t index, const struct gn
 		return status;
 	zip_file_t *file = zip_fopen_index(archive, index, 0);
 	if (!file)
-		return gnp_error_set(error, status_of(zip_get_error(archive)), "npz: \"%.60s\": %s", entry.name, zip_strerror(archive));
+		return gnp_error_set(error, status_of(zip_get_error(archive)), "npz: \"%.60s\": %s", entry.name,
+		                     zip_strerror(archive));
 	status = read_array(file, &entry, name, decode, tensors, error);
 	zip_fclose(file);
 	return status;
 }
 
-gnp_status gnp_npz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	zip_source_t *source;
 	zip_t *archive;
@@ -239,7 +246,8 @@ static gnp_status read_report(zip_t *archive, zip_uint64_t index, struct gnp_buf
 	zip_file_t *file = zip_stat_index(archive, index, 0, &entry) == 0 ? zip_fopen_index(archive, index, 0) : NULL;
 	gnp_status status = head ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for a header");
 	if (status == GNP_OK)
-		status = file ? check_entry(&entry, error) : gnp_error_set(error, status_of(zip_get_error(archive)), "npz: %s", zip_strerror(archive));
+		status = file ? check_entry(&entry, error)
+		         : gnp_error_set(error, status_of(zip_get_error(archive)), "npz: %s", zip_strerror(archive));
 	if (status == GNP_OK)
 		status = read_header(file, head, &npy, error);
 	if (status == GNP_OK && is_report(GNP_PARAMETERS_NAME, &npy)) {
@@ -255,7 +263,8 @@ static gnp_status read_report(zip_t *archive, zip_uint64_t index, struct gnp_buf
 	return status;
 }
 
-gnp_status gnp_npz_parameters(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error)
+/* The bytes of the array `parameters` of an answer; none where there is no such array. */
+static gnp_status read_json(const unsigned char *body, size_t size, struct gnp_buffer *json, struct gnp_error *error)
 {
 	zip_source_t *source;
 	zip_t *archive;
@@ -318,7 +327,8 @@ static gnp_status make_report(const struct gnp_values *comments, struct gnp_buff
 {
 	struct gnp_buffer json = {0};
 	gnp_status status = gnp_parameters_write(comments, &json, error);
-	struct gnp_tensor tensor = {.datatype = GNP_UINT8, .rank = 1, .shape = {json.size}, .data = json.data, .size = json.size};
+	struct gnp_tensor tensor = {.datatype = GNP_UINT8, .rank = 1, .shape = {json.size}, .data = json.data,
+	                            .size = json.size};
 	if (status == GNP_OK)
 		status = gnp_npy_write_header(&tensor, file, error);
 	if (status == GNP_OK)
@@ -328,8 +338,8 @@ static gnp_status make_report(const struct gnp_values *comments, struct gnp_buff
 }
 
 /* files: of the tensors, and one of the report, empty where there is none. */
-static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffer *files, const struct gnp_buffer *comment,
-                       struct gnp_buffer *buffer, struct gnp_error *error)
+static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffer *files,
+                       const struct gnp_buffer *comment, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	zip_source_t *source;
 	zip_t *archive;
@@ -348,7 +358,8 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 		status = copy_source(source, buffer, error);
 	} else {
 		if (status_of(zip_get_error(archive)) == GNP_OUT_OF_MEMORY)
-			status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for an archive of %zu arrays", tensors->count);
+			status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for an archive of %zu arrays",
+			                       tensors->count);
 		else
 			status = gnp_error_set(error, GNP_NOT_ACCEPTABLE, "npz: %s", zip_strerror(archive));
 		zip_discard(archive);
@@ -357,17 +368,19 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 	return status;
 }
 
-gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
-	struct gnp_buffer *files = gnp_array_zero(tensors->count + 1, sizeof *files), comment = {0}, *report = files + tensors->count;
+	struct gnp_buffer *files = gnp_array_zero(tensors->count + 1, sizeof *files), comment = {0},
+	                           *report = files + tensors->count;
 	if (!files)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for %zu arrays", tensors->count);
 	gnp_status status = make_files(tensors, files, error);
 	if (status == GNP_OK && comments && comments->count)
 		status = make_report(comments, report, error);
 	if (status == GNP_OK)
-		status = gnp_write_comments(comments, "", &comment, error);
+		status = gnp_comments_write(comments, "", &comment, error);
 	if (status == GNP_OK)
 		status = pack(tensors, files, &comment, buffer, error);
 	for (size_t i = 0; i <= tensors->count; i++)
@@ -376,3 +389,20 @@ gnp_status gnp_npz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	gnp_buffer_clear(&comment);
 	return status;
 }
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	struct gnp_buffer json = {0};
+	gnp_status status = read_json(body, size, &json, error);
+	if (status == GNP_OK && json.size)
+		status = gnp_parameters_read((const char *)json.data, json.size, values, error);
+	gnp_buffer_clear(&json);
+	return status;
+}
+
+static const char *const magic[] = {"PK\x03\x04", "PK\x05\x06", NULL};
+static const char *const other_media_types[] = {"application/npz", "application/zip", NULL};
+
+const struct gnp_format gnp_format_npz = {
+	.name = "npz", .media_type = "application/x-npz", .extension = "npz", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_TENSORS, .magic = magic, .decode = decode_file, .encode = encode_file, .parameters = parameters};

@@ -1,7 +1,8 @@
 /* OBJ in: vertices `v`, and normals `vn` where there is one a vertex and no face says otherwise. */
 #include <string.h>
 
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/format/format.h"
 #include "proto/tensor/number.h"
 
 struct obj {
@@ -50,7 +51,8 @@ static gnp_status read_lines(struct obj *obj)
 		while (p < stop && (*p == ' ' || *p == '\t'))
 			p++;
 		gnp_status status = GNP_OK;
-		if (stop - p > 2 && p[0] == 'v' && (p[1] == ' ' || p[1] == '\t' || (p[1] == 'n' && (p[2] == ' ' || p[2] == '\t'))))
+		if (stop - p > 2 &&
+		    p[0] == 'v' && (p[1] == ' ' || p[1] == '\t' || (p[1] == 'n' && (p[2] == ' ' || p[2] == '\t'))))
 			status = read_entry(obj, p, stop);
 		else if (stop - p > 1 && p[0] == 'f' && (p[1] == ' ' || p[1] == '\t'))
 			obj->faces++;
@@ -61,7 +63,7 @@ static gnp_status read_lines(struct obj *obj)
 	return GNP_OK;
 }
 
-gnp_status gnp_obj_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct obj obj = {.p = (const char *)decode->body, .error = error};
 	obj.end = obj.p + decode->size;
@@ -86,3 +88,23 @@ gnp_status gnp_obj_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	}
 	return read_lines(&obj);
 }
+
+static bool begins(const char *text, const char *end)
+{
+	static const char *const words[] = {"v ", "vn ", "o ", "g ", "mtllib "};
+	for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
+		if (gnp_format_begins(text, end, words[i]))
+			return true;
+	return false;
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "#", NULL, values, error);
+}
+
+static const char *const other_media_types[] = {"text/x-obj", NULL};
+
+const struct gnp_format gnp_format_obj = {
+	.name = "obj", .media_type = "model/obj", .extension = "obj", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .begins = begins, .decode = decode_file, .parameters = parameters};

@@ -3,7 +3,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/fields.h"
+#include "proto/format/format.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/scalar.h"
 
@@ -68,7 +70,8 @@ static bool next_line(struct pcd *pcd, struct word words[FIELDS_MAX + 1], size_t
 	return true;
 }
 
-static gnp_status read_list(struct pcd *pcd, const struct word *words, size_t count, struct word *list, size_t *list_count)
+static gnp_status read_list(struct pcd *pcd, const struct word *words, size_t count, struct word *list,
+                            size_t *list_count)
 {
 	if (count - 1 > FIELDS_MAX)
 		return fail(pcd, "more than 128 fields");
@@ -177,7 +180,8 @@ static gnp_status read_ascii(struct pcd *pcd, const struct gnp_column *columns)
 				fits = gnp_scalar_store(columns[i].datatype, columns[i].target + row * columns[i].stride, value);
 			if (!fits)
 				return gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT,
-				                     "pcd: point %zu of %zu is cut short or holds something else than its numbers", row, pcd->points);
+				                     "pcd: point %zu of %zu is cut short or holds something else than its numbers", row,
+				                     pcd->points);
 		}
 	}
 	return GNP_OK;
@@ -190,10 +194,12 @@ static void read_binary(struct pcd *pcd, const unsigned char *source, bool by_fi
 	while (i < pcd->items) {
 		/* The items of one wide field stay together within a point. */
 		size_t size = gnp_datatype_size(pcd->fields[i].datatype), width = 1;
-		while (pcd->fields[i].length == 0 && i + width < pcd->items && pcd->fields[i + width].name == pcd->fields[i].name)
+		while (pcd->fields[i].length == 0 && i + width < pcd->items &&
+		       pcd->fields[i + width].name == pcd->fields[i].name)
 			width++;
 		if (columns[i].target)
-			gnp_column_copy(&columns[i], pcd->fields[i].datatype, source, by_field ? size * width : pcd->row_bytes, pcd->points);
+			gnp_column_copy(&columns[i], pcd->fields[i].datatype, source, by_field ? size * width : pcd->row_bytes,
+			                pcd->points);
 		source += size * width * (by_field ? pcd->points : 1);
 		i += width;
 	}
@@ -254,25 +260,26 @@ static gnp_status check_body(struct pcd *pcd)
 	size_t left = (size_t)(pcd->end - pcd->p), need;
 	if (is(pcd->data, "ascii")) {
 		if (!gnp_size_multiply(pcd->points, 2 * pcd->items, &need) || need > left + 1)
-			return gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT, "pcd: got %zu points, the body has room for %zu", pcd->points,
-			                     (left + 1) / (2 * pcd->items));
+			return gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT, "pcd: got %zu points, the body has room for %zu",
+			                     pcd->points, (left + 1) / (2 * pcd->items));
 		return GNP_OK;
 	}
 	if (!gnp_size_multiply(pcd->points, pcd->row_bytes, &need))
 		return fail(pcd, "the number of points overflows");
 	if (is(pcd->data, "binary"))
 		return need <= left ? GNP_OK
-		                    : gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT, "pcd: the points need %zu bytes, the body has %zu",
-		                                    need, left);
+		                    : gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT,
+		                                    "pcd: the points need %zu bytes, the body has %zu", need, left);
 	if (!is(pcd->data, "binary_compressed"))
 		return fail(pcd, "DATA needs ascii, binary or binary_compressed");
 	uint32_t sizes[2] = {0, 0};
 	if (left >= sizeof sizes)
 		memcpy(sizes, pcd->p, sizeof sizes);
-	if (left < sizeof sizes || sizes[0] > left - sizeof sizes || sizes[1] != need || sizes[1] / LZF_RATIO_MAX > sizes[0])
+	if (left < sizeof sizes || sizes[0] > left - sizeof sizes || sizes[1] != need ||
+	    sizes[1] / LZF_RATIO_MAX > sizes[0])
 		return gnp_error_set(pcd->error, GNP_INVALID_ARGUMENT,
-		                     "pcd: %u compressed bytes for %u, the points need %zu and the body has %zu", sizes[0], sizes[1], need,
-		                     left);
+		                     "pcd: %u compressed bytes for %u, the points need %zu and the body has %zu", sizes[0],
+		                     sizes[1], need, left);
 	return GNP_OK;
 }
 
@@ -281,7 +288,8 @@ static gnp_status read_body(struct pcd *pcd, const struct gnp_decode *decode, st
 	struct gnp_column *columns = gnp_array_zero(pcd->items, sizeof *columns);
 	if (!columns)
 		return gnp_error_set(pcd->error, GNP_OUT_OF_MEMORY, "pcd: no memory for %zu fields", pcd->items);
-	gnp_status status = gnp_fields_bind(decode, "pcd", pcd->fields, pcd->items, pcd->points, tensors, columns, pcd->error);
+	gnp_status status = gnp_fields_bind(decode, "pcd", pcd->fields, pcd->items, pcd->points, tensors, columns,
+	                                    pcd->error);
 	if (status == GNP_OK && is(pcd->data, "ascii"))
 		status = read_ascii(pcd, columns);
 	else if (status == GNP_OK && is(pcd->data, "binary"))
@@ -292,7 +300,7 @@ static gnp_status read_body(struct pcd *pcd, const struct gnp_decode *decode, st
 	return status;
 }
 
-gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct pcd pcd = {.p = decode->body, .end = decode->body + decode->size, .error = error};
 	gnp_status status = read_header(&pcd);
@@ -309,3 +317,21 @@ gnp_status gnp_pcd_decode(const struct gnp_decode *decode, struct gnp_tensors *t
 	free(pcd.fields);
 	return status;
 }
+
+/* Past the comment of the first line. */
+static bool begins(const char *text, const char *end)
+{
+	return gnp_format_begins(text, end, "VERSION ") || gnp_format_begins(text, end, "FIELDS ");
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "#", "DATA", values, error);
+}
+
+static const char *const magic[] = {"# .PCD", NULL};
+static const char *const other_media_types[] = {"application/pcd", "application/vnd.pcd", NULL};
+
+const struct gnp_format gnp_format_pcd = {
+	.name = "pcd", .media_type = "application/x-pcd", .extension = "pcd", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .magic = magic, .begins = begins, .decode = decode_file, .parameters = parameters};

@@ -1,9 +1,10 @@
-/* PLY in: ascii and both binary byte orders. Only the element `vertex` is kept; the others are stepped over. */
+#include "proto/format/ply_decode.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/fields.h"
 #include "proto/tensor/number.h"
 #include "proto/tensor/scalar.h"
 
@@ -182,7 +183,8 @@ static size_t least_row(const struct ply *ply, const struct element *element)
 	size_t bytes = 0;
 	for (size_t i = 0; i < element->properties; i++) {
 		const struct property *property = &ply->properties[element->first + i];
-		bytes += ply->encoding == ENCODING_ASCII ? 2 : gnp_datatype_size(property->list ? property->count_type : property->type);
+		enum gnp_datatype type = property->list ? property->count_type : property->type;
+		bytes += ply->encoding == ENCODING_ASCII ? 2 : gnp_datatype_size(type);
 	}
 	return bytes;
 }
@@ -296,7 +298,8 @@ static gnp_status read_rows(struct ply *ply, const struct element *element, cons
 	for (size_t row = 0; row < element->count; row++) {
 		if (!read_row(ply, element, columns, row))
 			return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT,
-			                     "ply: element %.*s: row %zu of %zu is cut short or holds something else than its numbers",
+			                     "ply: element %.*s: row %zu of %zu is cut short or holds something else than its "
+			                     "numbers",
 			                     (int)(element->name_length < 40 ? element->name_length : 40), element->name, row,
 			                     element->count);
 	}
@@ -309,9 +312,10 @@ static gnp_status check_count(struct ply *ply, const struct element *element)
 	size_t least = least_row(ply, element), left = (size_t)(ply->end - ply->p);
 	left += ply->encoding == ENCODING_ASCII; /* the last number needs no separator */
 	if (least && element->count > left / least)
-		return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT, "ply: element %.*s: got %zu rows, the body has room for %zu",
-		                     (int)(element->name_length < 40 ? element->name_length : 40), element->name, element->count,
-		                     left / least);
+		return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT,
+		                     "ply: element %.*s: got %zu rows, the body has room for %zu",
+		                     (int)(element->name_length < 40 ? element->name_length : 40), element->name,
+		                     element->count, left / least);
 	return GNP_OK;
 }
 
@@ -341,8 +345,8 @@ done:
 	return status;
 }
 
-/* More rows after the last element than it was said to have: a count that lies low would drop points silently. Less than
- * a row of a binary body is let pass: some writers end it with a line break. */
+/* More rows after the last element than it was said to have: a count that lies low would drop points silently. Less
+ * than a row of a binary body is let pass: some writers end it with a line break. */
 static gnp_status check_rest(struct ply *ply, const struct element *last)
 {
 	size_t least = least_row(ply, last);
@@ -353,7 +357,8 @@ static gnp_status check_rest(struct ply *ply, const struct element *last)
 	}
 	size_t left = (size_t)(ply->end - ply->p);
 	if (least && left >= least)
-		return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT, "ply: %zu bytes after the last of the %zu rows of element %.*s",
+		return gnp_error_set(ply->error, GNP_INVALID_ARGUMENT,
+		                     "ply: %zu bytes after the last of the %zu rows of element %.*s",
 		                     left, last->count, (int)(last->name_length < 40 ? last->name_length : 40), last->name);
 	return GNP_OK;
 }

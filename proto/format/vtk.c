@@ -1,18 +1,23 @@
-/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array; what the answer says of itself
- * is the field `parameters`, bytes of JSON, since the title has room for a part of it alone. */
+/* VTK legacy out, binary (big-endian): points as vertices, normals, and every other tensor as a field array; what
+ * the answer says of itself is the field `parameters`, bytes of JSON, since the title has room for a part of it
+ * alone. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
-#include "proto/format/parameters.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/parameters.h"
+#include "proto/codec/rows.h"
+#include "proto/format/format.h"
 #include "proto/tensor/scalar.h"
 
 static const char *type_name(const struct gnp_tensor *tensor)
 {
 	static const char *const names[GNP_DATATYPE_COUNT] = {
-		[GNP_UINT8] = "unsigned_char", [GNP_UINT16] = "unsigned_short", [GNP_UINT32] = "unsigned_int", [GNP_INT8] = "char",
-		[GNP_INT16] = "short",         [GNP_INT32] = "int",             [GNP_FP32] = "float",          [GNP_FP64] = "double",
+		[GNP_UINT8] = "unsigned_char", [GNP_UINT16] = "unsigned_short", [GNP_UINT32] = "unsigned_int",
+			[GNP_INT8] = "char",
+		[GNP_INT16] = "short",         [GNP_INT32] = "int",             [GNP_FP32] = "float",
+			[GNP_FP64] = "double",
 	};
 	return names[gnp_stored_type(tensor)];
 }
@@ -55,7 +60,7 @@ static gnp_status write_vertices(size_t count, struct gnp_buffer *buffer, struct
 static gnp_status write_title(const struct gnp_values *comments, struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_buffer lines = {0};
-	gnp_status status = gnp_write_comments(comments, "", &lines, error);
+	gnp_status status = gnp_comments_write(comments, "", &lines, error);
 	if (status == GNP_OK)
 		status = gnp_buffer_printf(&lines, error, "gnpd");
 	for (size_t i = 0; status == GNP_OK && i < lines.size; i++) {
@@ -74,7 +79,8 @@ static gnp_status write_report(const struct gnp_values *comments, struct gnp_buf
 	struct gnp_buffer json = {0};
 	gnp_status status = gnp_parameters_write(comments, &json, error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "FIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 %zu unsigned_char\n%.*s\n", json.size,
+		status = gnp_buffer_printf(buffer, error,
+		                           "FIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 %zu unsigned_char\n%.*s\n", json.size,
 		                           (int)json.size, (const char *)json.data);
 	gnp_buffer_clear(&json);
 	return status;
@@ -90,7 +96,8 @@ static gnp_status write_field(const struct gnp_tensor *tensor, size_t rows, stru
                               struct gnp_error *error)
 {
 	size_t width = rows ? tensor->size / gnp_datatype_size(tensor->datatype) / rows : 1;
-	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows, type_name(tensor));
+	gnp_status status = gnp_buffer_printf(buffer, error, "%s %zu %zu %s\n", tensor->name, width, rows,
+	                                      type_name(tensor));
 	return status == GNP_OK ? write_numbers(tensor, buffer, error) : status;
 }
 
@@ -118,8 +125,8 @@ static gnp_status write_attributes(const struct gnp_tensors *tensors, const stru
 	return status;
 }
 
-gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
-                          struct gnp_error *error)
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	struct gnp_row_item *items;
 	size_t count;
@@ -139,3 +146,30 @@ gnp_status gnp_vtk_encode(const struct gnp_tensors *tensors, const struct gnp_va
 		status = write_vertices(points->shape[0], buffer, error);
 	return status == GNP_OK ? write_attributes(tensors, points, buffer, error) : status;
 }
+
+/* ---- Reading what an answer says of itself ---- */
+
+/* The field that answers have, or the title. */
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	enum { HEAD = 1024 };
+	static const char field[] = "\nFIELD FieldData 1\n" GNP_PARAMETERS_NAME " 1 ";
+	const char *text = (const char *)body, *end = text + size;
+	const char *at = memmem(text, size < HEAD ? size : HEAD, field, sizeof field - 1);
+	size_t count = 0;
+	for (at = at ? at + sizeof field - 1 : NULL; at && at < end && *at >= '0' && *at <= '9' && count <= size; at++)
+		count = 10 * count + (size_t)(*at - '0');
+	const char *data = at ? memchr(at, '\n', (size_t)(end - at)) : NULL;
+	if (data && count < (size_t)(end - data))
+		return gnp_parameters_read(data + 1, count, values, error);
+	const char *first = memchr(text, '\n', size), *title = first ? first + 1 : end,
+	                    *stop = memchr(title, '\n', (size_t)(end - title));
+	return stop ? gnp_comments_add(title, stop, values, error) : GNP_OK;
+}
+
+static const char *const magic[] = {"# vtk DataFile", NULL};
+static const char *const other_media_types[] = {"application/vtk", NULL};
+
+const struct gnp_format gnp_format_vtk = {
+	.name = "vtk", .media_type = "application/x-vtk", .extension = "vtk", .other_media_types = other_media_types,
+	.holds = GNP_HOLDS_ROWS, .magic = magic, .encode = encode_file, .parameters = parameters};

@@ -1,12 +1,17 @@
-/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or comment that
- * names x, y and z names the columns; without one the first three are the point and, of exactly six, the rest the normal. */
+/* XYZ, TXT, PTS and CSV: a row of numbers a line, separated by blanks, commas or semicolons. A heading line or
+ * comment that names x, y and z names the columns; without one the first three are the point and, of exactly six,
+ * the rest the normal. */
 #include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "core/base/memory.h"
-#include "proto/format/file_codec.h"
+#include "proto/codec/comments.h"
+#include "proto/codec/fields.h"
+#include "proto/codec/rows.h"
+#include "proto/format/format.h"
 #include "proto/tensor/number.h"
 
 enum { COLUMNS_MAX = 256, NAME_MAX_LENGTH = 48 };
@@ -88,13 +93,16 @@ static gnp_status bad_line(struct table *t, const char *start, const char *stop)
 {
 	size_t length = (size_t)(stop - start);
 	return gnp_error_set(t->error, GNP_INVALID_ARGUMENT, "xyz: line %zu: \"%.*s\": need %s numbers", t->line,
-	                     (int)(length < 40 ? length : 40), start, t->columns ? "the first row's count of" : "3 or more");
+	                     (int)(length < 40 ? length : 40), start,
+	                     t->columns ? "the first row's count of" : "3 or more");
 }
 
-/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a separator a number. */
+/* Rows to make room for: half as many again, but not more than the rest of the text can hold, with a digit and a
+ * separator a number. */
 static size_t next_capacity(const struct table *t)
 {
-	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns), more = t->capacity + t->capacity / 2 + 1024;
+	size_t most = t->rows + 1 + ((size_t)(t->end - t->p) + 1) / (2 * t->columns),
+	              more = t->capacity + t->capacity / 2 + 1024;
 	return more < most ? more : most;
 }
 
@@ -164,8 +172,8 @@ static gnp_status read_lines(struct table *t, const struct gnp_decode *decode)
 		else if (!t->columns)
 			read_heading(t, start, stop);
 		if (status == GNP_OK && decode->wants.max_points && t->rows > decode->wants.max_points)
-			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu", decode->wants.max_points,
-			                       decode->wants.max_points);
+			status = gnp_error_set(t->error, GNP_TOO_LARGE, "points: got more than %zu, need at most %zu",
+			                       decode->wants.max_points, decode->wants.max_points);
 		if (status != GNP_OK)
 			return status;
 	}
@@ -185,7 +193,8 @@ static gnp_status name_columns(struct table *t)
 	}
 	gnp_status status = GNP_OK;
 	for (size_t row = 0; row < t->rows && t->columns == 6 && status == GNP_OK; row++)
-		status = gnp_check_normal_columns("xyz", row, t->values + 6 * row + 3, "a heading such as # x y z r g b", t->error);
+		status = gnp_decode_check_normal("xyz", row, t->values + 6 * row + 3, "a heading such as # x y z r g b",
+		                                 t->error);
 	return status;
 }
 
@@ -201,12 +210,13 @@ static gnp_status make_tensors(struct table *t, const struct gnp_decode *decode,
 	status = gnp_fields_bind(decode, "xyz", fields, t->columns, t->rows, tensors, columns, t->error);
 	for (size_t c = 0; c < t->columns && status == GNP_OK; c++) {
 		if (columns[c].target)
-			gnp_column_copy(&columns[c], GNP_FP64, (const unsigned char *)(t->values + c), t->columns * sizeof(double), t->rows);
+			gnp_column_copy(&columns[c], GNP_FP64, (const unsigned char *)(t->values + c), t->columns * sizeof(double),
+			                t->rows);
 	}
 	return status;
 }
 
-gnp_status gnp_xyz_decode(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
+static gnp_status decode_file(const struct gnp_decode *decode, struct gnp_tensors *tensors, struct gnp_error *error)
 {
 	struct table t = {.p = (const char *)decode->body, .budget = tensors->budget, .error = error};
 	t.end = t.p + decode->size;
@@ -237,8 +247,8 @@ static gnp_status write_row(const struct gnp_row_item *items, size_t count, size
 }
 
 /* A heading, which begins with `lead`, and the rows. */
-static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator, struct gnp_buffer *buffer,
-                              struct gnp_error *error)
+static gnp_status write_table(const struct gnp_row_item *items, size_t count, const char *lead, char separator,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
 {
 	size_t rows = items[0].tensor->shape[0];
 	gnp_status status = gnp_buffer_printf(buffer, error, "%s%s", lead, items[0].name);
@@ -251,7 +261,8 @@ static gnp_status write_table(const struct gnp_row_item *items, size_t count, co
 	return status;
 }
 
-gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+static gnp_status encode_xyz(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                             struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	struct gnp_row_item *items;
@@ -259,14 +270,16 @@ gnp_status gnp_xyz_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	gnp_status status = gnp_row_items(tensors, "xyz", "", false, &items, &count, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnp_write_comments(comments, "# ", buffer, error);
+	status = gnp_comments_write(comments, "# ", buffer, error);
 	if (status == GNP_OK)
 		status = write_table(items, count, "# ", ' ', buffer, error);
 	free(items);
 	return status;
 }
 
-gnp_status gnp_csv_encode(const struct gnp_tensors *tensors, const struct gnp_values *comments, struct gnp_buffer *buffer,
+/* Commas and a plain heading; there is no place for comments. */
+static gnp_status encode_csv(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                             struct gnp_buffer *buffer,
                           struct gnp_error *error)
 {
 	struct gnp_row_item *items;
@@ -279,3 +292,84 @@ gnp_status gnp_csv_encode(const struct gnp_tensors *tensors, const struct gnp_va
 	free(items);
 	return status;
 }
+
+/* ---- How files begin ---- */
+
+static bool is_word(const char *p, size_t length, const char *known)
+{
+	return strlen(known) == length && strncasecmp(p, known, length) == 0;
+}
+
+/* A row that begins with nan or inf is a row of numbers, whose fault the decoder tells. */
+static bool is_no_number(const char *p, const char *end)
+{
+	static const char *const words[] = {"nan", "inf", "infinity"};
+	const char *after = p;
+	while (after < end && isalpha((unsigned char)*after))
+		after++;
+	for (size_t i = 0; i < sizeof words / sizeof words[0]; i++)
+		if (after < end && strchr(" \t,;", *after) && is_word(p, (size_t)(after - p), words[i]))
+			return true;
+	return false;
+}
+
+static bool is_one_of(const char *p, const char *end, const char *characters)
+{
+	return p < end && *p && strchr(characters, *p);
+}
+
+/* A heading that begins with x, y and z, which may stand in quotes. *separator: what follows x. */
+static bool is_heading(const char *p, const char *end, char *separator)
+{
+	for (char axis = 'x'; axis <= 'z'; axis++) {
+		bool quoted = p < end && *p == '"';
+		p += quoted;
+		if (p == end || tolower((unsigned char)*p++) != axis || (quoted && (p == end || *p++ != '"')))
+			return false;
+		if (axis == 'z')
+			return p == end || is_one_of(p, end, " \t,;\r\n");
+		if (!is_one_of(p, end, " \t,;"))
+			return false;
+		if (axis == 'x')
+			*separator = *p;
+		while (is_one_of(p, end, " \t,;"))
+			p++;
+	}
+	return false;
+}
+
+static bool is_heading_with(const char *text, const char *end, bool commas)
+{
+	char separator;
+	return is_heading(text, end, &separator) && (separator == ',' || separator == ';') == commas;
+}
+
+static bool begins_xyz(const char *text, const char *end)
+{
+	bool number = text < end && (isdigit((unsigned char)*text) || is_one_of(text, end, "+-."));
+	return number || is_no_number(text, end) || is_heading_with(text, end, false);
+}
+
+static bool begins_csv(const char *text, const char *end)
+{
+	return is_heading_with(text, end, true);
+}
+
+static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)
+{
+	return gnp_comments_read(body, size, "#", NULL, values, error);
+}
+
+static const char *const other_names[] = {"txt", "pts", "asc", "xyzn", NULL};
+static const char *const other_media_types[] = {"text/x-xyz", NULL};
+/* Read like any table, but not written: that has blanks. */
+static const char *const body_media_types[] = {"text/tab-separated-values", NULL};
+
+const struct gnp_format gnp_format_xyz = {
+	.name = "xyz", .media_type = "text/plain", .extension = "xyz", .other_names = other_names,
+	.other_media_types = other_media_types, .body_media_types = body_media_types, .holds = GNP_HOLDS_ROWS,
+	.begins = begins_xyz, .decode = decode_file, .encode = encode_xyz, .parameters = parameters};
+
+const struct gnp_format gnp_format_csv = {
+	.name = "csv", .media_type = "text/csv", .extension = "csv", .holds = GNP_HOLDS_ROWS, .begins = begins_csv,
+	.decode = decode_file, .encode = encode_csv, .parameters = parameters};

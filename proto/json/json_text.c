@@ -38,7 +38,8 @@ static gnp_status too_deep(struct gnp_error *error)
 }
 
 /* *after: the address past the array that starts at p; the text's end when it never closes. */
-static gnp_status skip_array(const char *p, const char *end, unsigned depth, const char **after, struct gnp_error *error)
+static gnp_status skip_array(const char *p, const char *end, unsigned depth, const char **after,
+                             struct gnp_error *error)
 {
 	unsigned inner = 0;
 	while (p < end) {
@@ -90,7 +91,8 @@ static gnp_status cut_array(struct cutter *c)
 	return copy(c, index, (size_t)sprintf(index, "[%zu]", c->count++));
 }
 
-/* One string or one other character. A key counts once its colon was seen: `matched` survives only colons and spaces. */
+/* One string or one other character. A key counts once its colon was seen: `matched` survives only colons and
+ * spaces. */
 static gnp_status cut_step(struct cutter *c)
 {
 	const char *start = c->p;
@@ -116,9 +118,10 @@ static gnp_status cut_step(struct cutter *c)
 	return copy(c, start, 1);
 }
 
-/* The structure of the envelope, and what is reserved for it. On failure *out is unchanged and nothing stays reserved. */
-static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budget *budget, struct gnp_json_document *out,
-                       struct gnp_error *error)
+/* The structure of the envelope, and what is reserved for it. On failure *out is unchanged and nothing stays
+ * reserved. */
+static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budget *budget,
+                       struct gnp_json_document *out, struct gnp_error *error)
 {
 	if (envelope->size == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: the text is empty");
@@ -135,7 +138,8 @@ static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budge
 		return GNP_OK;
 	}
 	if (exhausted)
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays", envelope->size);
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "JSON: no memory for %zu bytes besides the data arrays",
+		                       envelope->size);
 	else
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "JSON: %s", root ? "need an object" : reason.text);
 	json_decref(root);
@@ -144,8 +148,8 @@ static gnp_status load(const struct gnp_buffer *envelope, const struct gnp_budge
 	return status;
 }
 
-gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key, const struct gnp_budget *budget,
-                          struct gnp_json_document *out, struct gnp_error *error)
+gnp_status gnp_json_parse(const char *text, size_t size, unsigned depth, const char *key,
+                          const struct gnp_budget *budget, struct gnp_json_document *out, struct gnp_error *error)
 {
 	struct cutter c = {.p = text, .end = text + size, .target = depth, .key = key, .key_length = key ? strlen(key) : 0,
 	                   .error = error};
@@ -216,31 +220,39 @@ gnp_status gnp_json_write_string(const char *text, struct gnp_buffer *buffer, st
 	return status == GNP_OK ? gnp_buffer_append(buffer, "\"", 1, error) : status;
 }
 
-static gnp_status write_value(const struct gnp_value *value, struct gnp_buffer *buffer, struct gnp_error *error)
+void gnp_json_put_string(struct gnp_writer *writer, const char *text)
 {
-	char text[GNP_NUMBER_LENGTH_MAX];
+	if (writer->status == GNP_OK)
+		writer->status = gnp_json_write_string(text, writer->buffer, writer->error);
+}
+
+static void put_number(struct gnp_writer *w, double number)
+{
+	char text[GNP_NUMBER_LENGTH_MAX + 1];
+	text[gnp_number_write_double(text, number)] = '\0';
+	gnp_writer_text(w, isfinite(number) ? text : "null");
+}
+
+static void put_value(struct gnp_writer *w, const struct gnp_value *value)
+{
 	switch (value->type) {
-	case GNP_VALUE_BOOL: return gnp_buffer_printf(buffer, error, "%s", value->boolean ? "true" : "false");
-	case GNP_VALUE_INTEGER: return gnp_buffer_printf(buffer, error, "%" PRId64, value->integer);
-	case GNP_VALUE_STRING: return gnp_json_write_string(value->string, buffer, error);
-	default: break;
+	case GNP_VALUE_BOOL: gnp_writer_text(w, value->boolean ? "true" : "false"); break;
+	case GNP_VALUE_INTEGER: gnp_writer_printf(w, "%" PRId64, value->integer); break;
+	case GNP_VALUE_STRING: gnp_json_put_string(w, value->string); break;
+	case GNP_VALUE_NUMBER: put_number(w, value->number); break;
 	}
-	if (!isfinite(value->number))
-		return gnp_buffer_append(buffer, "null", 4, error);
-	return gnp_buffer_append(buffer, text, gnp_number_write_double(text, value->number), error);
 }
 
 gnp_status gnp_json_write_values(const struct gnp_values *values, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	gnp_status status = gnp_buffer_append(buffer, "{", 1, error);
-	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
-		status = i ? gnp_buffer_append(buffer, ",", 1, error) : GNP_OK;
-		if (status == GNP_OK)
-			status = gnp_json_write_string(values->items[i].name, buffer, error);
-		if (status == GNP_OK)
-			status = gnp_buffer_append(buffer, ":", 1, error);
-		if (status == GNP_OK)
-			status = write_value(&values->items[i], buffer, error);
+	struct gnp_writer w = gnp_writer_to(buffer, error);
+	gnp_writer_text(&w, "{");
+	for (size_t i = 0; i < values->count; i++) {
+		gnp_writer_text(&w, i ? "," : "");
+		gnp_json_put_string(&w, values->items[i].name);
+		gnp_writer_text(&w, ":");
+		put_value(&w, &values->items[i]);
 	}
-	return status == GNP_OK ? gnp_buffer_append(buffer, "}", 1, error) : status;
+	gnp_writer_text(&w, "}");
+	return w.status;
 }

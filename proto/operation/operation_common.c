@@ -25,8 +25,8 @@ gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *
 	return gnp_models_find(models, weights, &options->model, error);
 }
 
-gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options, size_t least,
-                                   struct gnp_error *error)
+gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options,
+                                   size_t least, struct gnp_error *error)
 {
 	size_t k = (size_t)options->k;
 	if (options->estimator == GNP_ESTIMATOR_GNP && options->model && options->model->recipe.k > k)
@@ -43,7 +43,8 @@ size_t gnp_common_memory(size_t count, size_t width, size_t more)
 	return !gnp_size_multiply(count, width, &bytes) || bytes > SIZE_MAX - more ? SIZE_MAX : bytes + more;
 }
 
-gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out, struct gnp_error *error)
+gnp_status gnp_common_cloud_read(const struct gnp_request *request, struct gnp_common_cloud *out,
+                                 struct gnp_error *error)
 {
 	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
 	const struct gnp_tensor *normals = gnp_tensors_find(&request->inputs, "normals");
@@ -63,7 +64,8 @@ void gnp_common_cloud_clear(struct gnp_common_cloud *cloud)
 	*cloud = (struct gnp_common_cloud){0};
 }
 
-gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask, struct gnp_error *error)
+gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *name, unsigned char **mask,
+                                struct gnp_error *error)
 {
 	const struct gnp_tensor *tensor = gnp_tensors_find(&request->inputs, name);
 	*mask = NULL;
@@ -77,7 +79,8 @@ gnp_status gnp_common_mask_read(const struct gnp_request *request, const char *n
 	return GNP_OK;
 }
 
-/* Front to back in blocks: a second array would cost more than the rounding. Returns where the first is that is too large, or count. */
+/* Front to back in blocks: a second array would cost more than the rounding. Returns where the first is that is too
+ * large, or count. */
 static size_t round_in_place(double *values, size_t count, size_t *vanished)
 {
 	enum { BLOCK = 512 };
@@ -104,8 +107,9 @@ gnp_status gnp_common_round(const char *name, double **values, size_t count, siz
 {
 	size_t beyond = round_in_place(*values, count, vanished);
 	if (beyond < count)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: number %zu is %g, single precision ends at %g: send points as FP64, or in another unit of "
-		                                                  "length", name, beyond, (*values)[beyond], FLT_MAX);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "%s: number %zu is %g, single precision ends at %g: send points as FP64, or in another "
+		                     "unit of length", name, beyond, (*values)[beyond], FLT_MAX);
 	void *smaller = count ? realloc(*values, count * sizeof(float)) : NULL;
 	if (smaller)
 		*values = smaller;
@@ -115,8 +119,10 @@ gnp_status gnp_common_round(const char *name, double **values, size_t count, siz
 void gnp_common_warn_of_range(const char *name, size_t vanished, size_t count, struct gnp_task *task)
 {
 	if (2 * vanished > count)
-		gnp_warnings_add(gnp_task_warnings(task), GNP_WARNING_RANGE, "%zu of %zu numbers of %s are too small for single precision and came out as 0, the "
-		                 "limit is half of them: send points as FP64, or in another unit of length", vanished, count, name);
+		gnp_warnings_add(gnp_task_warnings(task), GNP_WARNING_RANGE,
+		                 "%zu of %zu numbers of %s are too small for single precision and came out as 0, the "
+		                 "limit is half of them: send points as FP64, or in another unit of length", vanished, count,
+		                 name);
 }
 
 /* (rows, ...) in the table's rank; returns the numbers in all. */
@@ -130,7 +136,8 @@ static size_t fill_shape(const struct gnp_tensor_info *info, size_t rows, size_t
 	return count;
 }
 
-gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, enum gnp_datatype type,
+gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_tensor_info *info,
+                                  enum gnp_datatype type,
                                   size_t rows, double **values, struct gnp_task *task, struct gnp_error *error)
 {
 	size_t shape[4], count = fill_shape(info, rows, shape), vanished = 0;
@@ -144,8 +151,8 @@ gnp_status gnp_common_add_numbers(struct gnp_tensors *outputs, const struct gnp_
 	return status;
 }
 
-gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows, const void *values,
-                               struct gnp_error *error)
+gnp_status gnp_common_add_copy(struct gnp_tensors *outputs, const struct gnp_tensor_info *info, size_t rows,
+                               const void *values, struct gnp_error *error)
 {
 	size_t shape[4];
 	struct gnp_tensor *tensor;
@@ -162,7 +169,8 @@ static gnp_status report_model(const struct gnp_model *model, struct gnp_values 
 	return status == GNP_OK ? gnp_values_add_string(report, "weights_sha256", model->sha256, error) : status;
 }
 
-static gnp_status report_least_squares(const struct gnp_estimate_options *o, struct gnp_values *report, struct gnp_error *error)
+static gnp_status report_least_squares(const struct gnp_estimate_options *o, struct gnp_values *report,
+                                       struct gnp_error *error)
 {
 	gnp_status status = gnp_values_add_integer(report, "degree", o->degree, error);
 	if (status == GNP_OK)
@@ -171,8 +179,8 @@ static gnp_status report_least_squares(const struct gnp_estimate_options *o, str
 }
 
 /* What the estimator had a use for. */
-static gnp_status report_choices(const struct gnp_model *model, const struct gnp_estimate_options *o, struct gnp_values *report,
-                                 struct gnp_error *error)
+static gnp_status report_choices(const struct gnp_model *model, const struct gnp_estimate_options *o,
+                                 struct gnp_values *report, struct gnp_error *error)
 {
 	gnp_status status = gnp_values_add_string(report, "estimator", gnp_common_estimators[o->estimator], error);
 	if (status == GNP_OK && model)
@@ -185,12 +193,15 @@ static gnp_status report_choices(const struct gnp_model *model, const struct gnp
 }
 
 /* The parameter, too, that has a model that is named do what auto did. */
-static gnp_status report_outliers(const struct gnp_common_facts *facts, struct gnp_values *report, struct gnp_error *error)
+static gnp_status report_outliers(const struct gnp_common_facts *facts, struct gnp_values *report,
+                                  struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	if (facts->model)
 		status = gnp_values_add_string(report, "outliers", gnp_common_outliers[GNP_OUTLIERS_LEFT_OUT], error);
-	return status == GNP_OK ? gnp_values_add_integer(report, "outliers_left_out", (int64_t)facts->outliers, error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_values_add_integer(report, "outliers_left_out", (int64_t)facts->outliers, error);
 }
 
 gnp_status gnp_common_report(const struct gnp_common_facts *facts, const struct gnp_estimate_options *options,
@@ -221,15 +232,17 @@ static gnp_status report_seconds(const struct gnp_task *task, struct gnp_values 
 static void warn_of_facts(const struct gnp_common_facts *facts, struct gnp_warnings *warnings)
 {
 	if (facts->degenerate)
-		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE, "%zu points have a neighbourhood too poor for the basis: a lower degree was used there",
+		gnp_warnings_add(warnings, GNP_WARNING_DEGENERATE,
+		                 "%zu points have a neighbourhood too poor for the basis: a lower degree was used there",
 		                 facts->degenerate);
 	if (facts->normals_estimated && facts->components > 1)
-		gnp_warnings_add(warnings, GNP_WARNING_COMPONENTS, "normals were estimated and each of %zu separate components is oriented by itself",
+		gnp_warnings_add(warnings, GNP_WARNING_COMPONENTS,
+		                 "normals were estimated and each of %zu separate components is oriented by itself",
 		                 facts->components);
 }
 
-gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task, struct gnp_values *report,
-                                 struct gnp_error *error)
+gnp_status gnp_common_report_end(const struct gnp_common_facts *facts, const struct gnp_task *task,
+                                 struct gnp_values *report, struct gnp_error *error)
 {
 	struct gnp_warnings warnings = {0};
 	gnp_warnings_merge(&warnings, gnp_task_warnings(task));

@@ -25,15 +25,17 @@ gnp_status gnp_equation_resolve(void *options, const struct gnp_models *models, 
 	return gnp_common_resolve(&o->core.laplacian.domain.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
-gnp_status gnp_equation_check(const struct gnp_call *call, const struct gnp_equation_options *options, size_t least, struct gnp_error *error)
+gnp_status gnp_equation_check(const struct gnp_call *call, struct gnp_error *error)
 {
 	enum { FEWEST = 12 }; /* as gnp_domain_make has it */
+	const struct gnp_equation_options *options = gnp_call_options(call);
 	const struct gnp_laplacian_options *l = &options->core.laplacian;
 	unsigned degree = gnp_laplacian_degree(l);
 	if (l->neighbors && (size_t)l->neighbors < gnp_taylor_size(degree))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "stencil: got %d, need 0 or at least %zu for function_degree %u", l->neighbors,
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "stencil: got %d, need 0 or at least %zu for function_degree %u", l->neighbors,
 		                     gnp_taylor_size(degree), degree);
-	return gnp_common_check_points(call, &l->domain.estimate, least > FEWEST ? least : FEWEST, error);
+	return gnp_common_check_points(call, &l->domain.estimate, FEWEST, error);
 }
 
 size_t gnp_equation_sides(const struct gnp_call *call, const char *name)
@@ -42,18 +44,22 @@ size_t gnp_equation_sides(const struct gnp_call *call, const char *name)
 	return !tensor ? 0 : tensor->rank > 1 ? tensor->shape[1] : 1;
 }
 
-/* A little above what was measured from 20,000 to 1,000,000 points: of direct solvers bytes per point with 30 points a stencil, of which there
- * are more as stencils grow (degrees 2 to 7, and 150 points). A side has five numbers a point (source, values or a step's source, solution,
- * and what they are in the solver's order) and its reports; the solver itself takes a block of sides at a time. */
+/* A little above what was measured from 20,000 to 1,000,000 points: of direct solvers bytes per point with 30 points
+ * a stencil, of which there are more as stencils grow (degrees 2 to 7, and 150 points). A side has five numbers a
+ * point (source, values or a step's source, solution, and what they are in the solver's order) and its reports; the
+ * solver itself takes a block of sides at a time. */
 size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides)
 {
-	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, REPORTS = 192, BLOCK = 8, DIRECT_MOST = 250000 };
-	bool direct = options->core.solver == GNP_SOLVER_DIRECT || (options->core.solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
+	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, REPORTS = 192, BLOCK = 8,
+	      DIRECT_MOST = 250000 };
+	bool direct = options->core.solver == GNP_SOLVER_DIRECT ||
+	              (options->core.solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
 	size_t width = !direct ? ITERATIVE : options->core.laplacian.system == GNP_SYSTEM_SQUARE ? SQUARE : LEAST_SQUARES;
 	width = direct ? width / 30 * gnp_laplacian_neighbors(&options->core.laplacian) : width;
 	size_t estimate = gnp_estimate_memory(points, &options->core.laplacian.domain.estimate);
 	estimate = gnp_common_memory(sides, REPORTS, estimate);
-	return gnp_common_memory(points, width + BLOCK * SIDE, gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, estimate));
+	return gnp_common_memory(points, width + BLOCK * SIDE,
+	                         gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, estimate));
 }
 
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter)
@@ -85,13 +91,13 @@ static void write_key(const struct gnp_call *call, const struct gnp_equation_opt
 	const struct gnp_estimate_options *e = &l->domain.estimate;
 	char models[4096];
 	/* Not as text: where memory is exhausted, the C library cannot print so many numbers at once, and says -1. */
-	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, e->outliers, options->filter, l->system, l->degree, l->neighbors,
-	                     o->solver, o->mean, o->iterations};
+	const int whole[] = {e->estimator, e->cover, e->k, e->degree, e->basis, e->weight, e->outliers, options->filter,
+	                     l->system, l->degree, l->neighbors, o->solver, o->mean, o->iterations};
 	const double reals[] = {l->drop, o->screening, o->tolerance};
 	int named = e->estimator == GNP_ESTIMATOR_GNP ? write_models(call, e->model, models, sizeof models) : 0;
 	const void *data[] = {word, &cloud->count, whole, reals, models, o->fixed, cloud->points, cloud->normals};
-	const size_t size[] = {strlen(word), sizeof cloud->count, sizeof whole, sizeof reals, (size_t)named, o->fixed ? cloud->count : 0,
-	                       3 * cloud->count * sizeof(double),
+	const size_t size[] = {strlen(word), sizeof cloud->count, sizeof whole, sizeof reals, (size_t)named,
+	                       o->fixed ? cloud->count : 0, 3 * cloud->count * sizeof(double),
 	                       cloud->normals ? 3 * cloud->count * sizeof(double) : 0};
 	gnp_sha256_text(data, size, sizeof size / sizeof *size, key);
 }
@@ -105,7 +111,8 @@ struct making {
 	struct gnp_pool *pool;
 };
 
-gnp_status gnp_equation_make_prepared(void *context, struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
+gnp_status gnp_equation_make_prepared(void *context, struct gnp_task *task, void **object, size_t *bytes,
+                                      struct gnp_error *error)
 {
 	const struct making *making = context;
 	const struct gnp_cloud cloud = {making->cloud->count, making->cloud->points, making->cloud->normals};
@@ -115,7 +122,8 @@ gnp_status gnp_equation_make_prepared(void *context, struct gnp_task *task, void
 	return making->kind->make(&cloud, &options.core, making->pool, task, object, bytes, error);
 }
 
-gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_kind *kind, const struct gnp_equation_options *options,
+gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equation_kind *kind,
+                            const struct gnp_equation_options *options,
                             const struct gnp_common_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
                             struct gnp_prepared_entry **entry, bool *found, struct gnp_error *error)
 {
@@ -125,7 +133,8 @@ gnp_status gnp_equation_get(const struct gnp_call *call, const struct gnp_equati
 	return gnp_prepared_get(call->cache, key, &kind->prepared, &making, task, entry, found, error);
 }
 
-static gnp_status make_poisson(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
+static gnp_status make_poisson(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                               struct gnp_pool *pool,
                                struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
 {
 	struct gnp_poisson *poisson;
@@ -142,9 +151,11 @@ static void free_poisson(void *object)
 	gnp_poisson_release(object);
 }
 
-const struct gnp_equation_kind gnp_equation_poisson = {"poisson", make_poisson, {gnp_equation_make_prepared, free_poisson}};
+const struct gnp_equation_kind gnp_equation_poisson = {"poisson", make_poisson,
+                                                       {gnp_equation_make_prepared, free_poisson}};
 
-gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other, struct gnp_error *error)
+gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *name, const char *other,
+                                      struct gnp_error *error)
 {
 	size_t sides = gnp_equation_sides(call, name), wanted = other ? gnp_equation_sides(call, other) : sides;
 	if (!gnp_tensors_find(&call->request->inputs, name))
@@ -152,11 +163,13 @@ gnp_status gnp_equation_check_columns(const struct gnp_call *call, const char *n
 	if (sides == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got no column, need at least 1", name);
 	if (sides != wanted)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %zu columns, need %zu as %s has", name, sides, wanted, other);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %zu columns, need %zu as %s has", name, sides,
+		                     wanted, other);
 	return GNP_OK;
 }
 
-gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides, struct gnp_error *error)
+gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, double **values, size_t *sides,
+                                struct gnp_error *error)
 {
 	const struct gnp_tensor *tensor = gnp_tensors_find(&call->request->inputs, name);
 	*values = NULL;
@@ -164,31 +177,35 @@ gnp_status gnp_equation_columns(const struct gnp_call *call, const char *name, d
 		return GNP_OK;
 	*sides = gnp_equation_sides(call, name);
 	*values = gnp_tensor_to_double(tensor);
-	return *values ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu values", name, *sides * tensor->shape[0]);
+	if (*values)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu values", name, *sides * tensor->shape[0]);
 }
 
 /* ---- Reports ---- */
 
 struct gnp_common_facts gnp_equation_facts(struct gnp_domain_facts surface)
 {
-	return (struct gnp_common_facts){surface.model, surface.normals_estimated != 0, surface.components, surface.patches, surface.degenerate,
-	                                 surface.outliers};
+	return (struct gnp_common_facts){surface.model, surface.normals_estimated != 0, surface.components, surface.patches,
+	                                 surface.degenerate, surface.outliers};
 }
 
-gnp_status gnp_equation_report_end(struct gnp_domain_facts surface, const struct gnp_task *task, struct gnp_values *report,
-                                   struct gnp_error *error)
+gnp_status gnp_equation_report_end(struct gnp_domain_facts surface, const struct gnp_task *task,
+                                   struct gnp_values *report, struct gnp_error *error)
 {
 	struct gnp_common_facts facts = gnp_equation_facts(surface);
 	facts.components = 0;
 	return gnp_common_report_end(&facts, task, report, error);
 }
 
-static gnp_status report_numbers(const struct gnp_poisson_info *info, struct gnp_values *report, struct gnp_error *error)
+static gnp_status report_numbers(const struct gnp_poisson_info *info, struct gnp_values *report,
+                                 struct gnp_error *error)
 {
 	const struct {
 		const char *name;
 		size_t value;
-	} rows[] = {{"unknowns", info->unknowns}, {"components", info->components}, {"isolated", info->isolated}, {"dropped", info->dropped},
+	} rows[] = {{"unknowns", info->unknowns}, {"components", info->components}, {"isolated", info->isolated},
+	            {"dropped", info->dropped},
 	            {"reduced_stencils", info->reduced}, {"open", info->open}, {"operator_bytes", info->bytes}};
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof rows / sizeof *rows && status == GNP_OK; i++)
@@ -196,11 +213,12 @@ static gnp_status report_numbers(const struct gnp_poisson_info *info, struct gnp
 	return status;
 }
 
-gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found, const struct gnp_equation_options *options,
+gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found,
+                               const struct gnp_equation_options *options,
                                struct gnp_values *report, struct gnp_error *error)
 {
-	const struct gnp_common_facts facts = {.model = info->model, .normals_estimated = info->normals_estimated != 0, .patches = info->patches,
-	                                       .outliers = info->outliers};
+	const struct gnp_common_facts facts = {.model = info->model, .normals_estimated = info->normals_estimated != 0,
+	                                       .patches = info->patches, .outliers = info->outliers};
 	gnp_status status = gnp_common_report(&facts, &options->core.laplacian.domain.estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_bool(report, "operator_kept", found, error);

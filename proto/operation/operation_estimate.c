@@ -4,14 +4,12 @@
 #include "core/estimate/estimate.h"
 #include "core/fit/quantity.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, and what stands for a model until it is found. */
 struct options {
 	struct gnp_estimate_options core;
 	char weights[GNP_MODEL_NAME_MAX + 1];
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
@@ -22,10 +20,13 @@ static const struct gnp_tensor_info outputs[] = {
 #undef ROW
 };
 
+/* As people name them, mean curvature before Gaussian curvature. */
+static const char *const named_first[] = {"normals", "mean_curvature", NULL};
+
 static const struct gnp_parameter parameters[] = {
-	GNP_COMMON_PARAMETERS(struct options, core, weights, GNP_COMMON_AUTO),
-	{"quantities", GNP_PARAMETER_SET, offsetof(struct options, core.quantities), "normals,mean_curvature,gaussian_curvature", 0, 0,
-	 NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_PARAMETERS(struct options, core, weights),
+	{"quantities", GNP_PARAMETER_SET, offsetof(struct options, core.quantities), 0, 0, named_first,
+	 "comma-separated names of outputs, or all"},
 };
 
 static void defaults(void *options)
@@ -44,7 +45,8 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct gnp_estimate_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_estimate_options *o = &options->core;
 	gnp_status status = gnp_estimate_check(o, error);
 	return status == GNP_OK ? gnp_common_check_points(call, o, 0, error) : status;
 }
@@ -52,7 +54,8 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 /* On top of the core's: the double copies of points and normals, and the encoded answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	const struct gnp_estimate_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_estimate_options *o = &options->core;
 	size_t width = 6 * sizeof(double);
 	struct gnp_basis basis = gnp_estimator_at(o->estimator)->basis((struct gnp_basis){o->basis, (unsigned)o->degree});
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
@@ -83,18 +86,22 @@ static gnp_status round_quantities(void *context, size_t begin, size_t end, stru
 	(void)scratch;
 	for (size_t q = begin; q < end && status == GNP_OK; q++) {
 		if (estimate->values[q])
-			status = gnp_common_round(gnp_quantity_info(q)->name, &estimate->values[q], estimate->count * quantity_width(estimate, (int)q),
+			status = gnp_common_round(gnp_quantity_info(q)->name, &estimate->values[q],
+			                          estimate->count * quantity_width(estimate, (int)q),
 			                          &rounding->vanished[q], error);
 	}
 	return status;
 }
 
-static gnp_status round_all(struct gnp_estimate *estimate, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status round_all(struct gnp_estimate *estimate, struct gnp_pool *pool, struct gnp_task *task,
+                            struct gnp_error *error)
 {
 	struct rounding rounding = {.estimate = estimate};
-	gnp_status status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities, &rounding, error);
+	gnp_status status = gnp_pool_run(pool, task, GNP_QUANTITY_COUNT, GNP_QUANTITY_COUNT / 4, round_quantities,
+	                                 &rounding, error);
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
-		gnp_common_warn_of_range(gnp_quantity_info(q)->name, rounding.vanished[q], estimate->count * quantity_width(estimate, q), task);
+		gnp_common_warn_of_range(gnp_quantity_info(q)->name, rounding.vanished[q],
+		                         estimate->count * quantity_width(estimate, q), task);
 	return status;
 }
 
@@ -135,10 +142,11 @@ static gnp_status add_report(const struct gnp_estimate *estimate, const struct g
 	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	const struct gnp_estimate_options *o = &((const struct options *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_estimate_options *o = &options->core;
 	struct gnp_common_cloud input = {0};
 	struct gnp_estimate estimate = {0};
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
@@ -157,18 +165,5 @@ done:
 	return status;
 }
 
-const struct gnp_operation gnp_operation_estimate = {
-	.name = "estimate",
-	.help = "Normals, curvatures and other local geometry at every point of a cloud.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = sizeof outputs / sizeof outputs[0],
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(estimate, "Normals, curvatures and other local geometry at every point of a cloud.",
+              .resolve = resolve);

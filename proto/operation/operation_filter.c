@@ -4,7 +4,6 @@
 
 #include "core/estimate/filter.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, what stands for a model until it is found, and a bit for every wanted output. */
 struct options {
@@ -12,7 +11,6 @@ struct options {
 	char weights[GNP_MODEL_NAME_MAX + 1];
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 /* Taught on clouds with outliers. */
 static const char default_weights[] = "outlier_50k";
@@ -23,28 +21,31 @@ enum output { KEEP, DEVIATION, POINTS, INDEX, NORMALS, OUTPUTS };
 
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[KEEP] = {"keep", GNP_BOOL, 1, {-1}, true, "whether the point is kept"},
-	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, true, "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped by gross: the distance to the nearest one left, in local spacings"},
+	[DEVIATION] = {"deviation", GNP_FP32, 1, {-1}, true,
+	               "how far the point is from its neighbours' surface, in the patch's scaled height; of points dropped "
+	               "by gross: the distance to the nearest one left, in local spacings"},
 	[POINTS] = {"points", GNP_FP32, 2, {-2, 3}, false, "the kept points, moved onto the surface with project [length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each kept one is, ascending from 0"},
-	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals of the fitted surface at the kept points"},
+	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false,
+	             "outward unit normals of the fitted surface at the kept points"},
 };
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), "0.1", GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
-	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), "true", 0, 0, NULL,
+	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
+	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), 0, 0, NULL,
 	 "also drop what does not lie on the surface its neighbours agree on, however little it is off"},
-	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), "3", 0, 1e6, NULL,
-	 "drop far points, small clusters and clutter first: points hang together that are at most this many local spacings apart, at least 1; "
-	 "0: off"},
-	{"cluster", GNP_PARAMETER_INTEGER, FIELD(cluster), "50", 1, 1e6, NULL,
+	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), 0, 1e6, NULL,
+	 "drop far points, small clusters and clutter first: points hang together that are at most this many local "
+	 "spacings apart, at least 1; 0: off"},
+	{"cluster", GNP_PARAMETER_INTEGER, FIELD(cluster), 1, 1e6, NULL,
 	 "a cluster is dropped that has fewer points than this (gross)"},
-	{"project", GNP_PARAMETER_BOOL, FIELD(project), "false", 0, 0, NULL, "move the kept points onto the fitted surface"},
-	{"iterations", GNP_PARAMETER_INTEGER, FIELD(iterations), "1", 1, 100, NULL, "of projection, at most (project)"},
-	{"tolerance", GNP_PARAMETER_NUMBER, FIELD(tolerance), "0.001", 0, 1e6, NULL,
+	{"project", GNP_PARAMETER_BOOL, FIELD(project), 0, 0, NULL, "move the kept points onto the fitted surface"},
+	{"iterations", GNP_PARAMETER_INTEGER, FIELD(iterations), 1, 100, NULL, "of projection, at most (project)"},
+	{"tolerance", GNP_PARAMETER_NUMBER, FIELD(tolerance), 0, 1e6, NULL,
 	 "projection ends when points move by less than this many spacings, root mean square (project)"},
-	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights, default_weights),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights),
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -65,13 +66,15 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_common_check_points(call, &((const struct options *)(const void *)call->options)->core.estimate, 0, error);
+	const struct options *o = gnp_call_options(call);
+	return gnp_common_check_points(call, &o->core.estimate, 0, error);
 }
 
 /* On top of the core's: the double copies of points and normals, and what is copied into the answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	const struct gnp_filter_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_filter_options *o = &options->core;
 	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
 	return gnp_common_memory(call->points, width, gnp_filter_memory(call->points, o));
 }
@@ -85,8 +88,8 @@ static gnp_status add_index(const struct gnp_filter *filter, struct gnp_tensors 
 	return status;
 }
 
-static gnp_status add_output(enum output output, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                             struct gnp_task *task, struct gnp_error *error)
+static gnp_status add_output(enum output output, struct gnp_filter *filter, enum gnp_datatype type,
+                             struct gnp_tensors *to, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_tensor_info *info = &outputs[output];
 	switch (output) {
@@ -98,8 +101,8 @@ static gnp_status add_output(enum output output, struct gnp_filter *filter, enum
 	}
 }
 
-static gnp_status add_outputs(const struct options *o, struct gnp_filter *filter, enum gnp_datatype type, struct gnp_tensors *to,
-                              struct gnp_task *task, struct gnp_error *error)
+static gnp_status add_outputs(const struct options *o, struct gnp_filter *filter, enum gnp_datatype type,
+                              struct gnp_tensors *to, struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++) {
@@ -132,7 +135,8 @@ static gnp_status report_projection(const struct gnp_filter *filter, struct gnp_
 	return status == GNP_OK ? gnp_values_add_string(report, "stop", gnp_filter_stop_text(filter->stop), error) : status;
 }
 
-/* Points whose deviation lies within these, in per cent of all. Deviations of what the pre-filter dropped are lengths and far above. */
+/* Points whose deviation lies within these, in per cent of all. Deviations of what the pre-filter dropped are
+ * lengths and far above. */
 static double percent_within(const struct gnp_filter *filter, double low, double high)
 {
 	size_t count = 0;
@@ -149,18 +153,23 @@ static void warn_of_noise(const struct gnp_filter *filter, double alpha, struct 
 	double dropped = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
 	double under = percent_within(filter, alpha / 2, alpha), over = percent_within(filter, alpha, 2 * alpha);
 	if (under > cut_most && over > cut_most)
-		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within half of "
-		                 "alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: it is noise or detail, take a larger "
-		                 "alpha (%g) or, for noise, weights=noise_70k and alpha=1", dropped, under, over, cut_most, 10 * alpha);
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
+		                 "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within "
+		                 "half of alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: "
+		                 "it is noise or detail, take a larger alpha (%g) or, for noise, weights=noise_70k and alpha=1",
+		                 dropped, under, over, cut_most,
+		                 10 * alpha);
 	else if (dropped > most)
-		gnp_warnings_add(warnings, GNP_WARNING_DROPPED, "%.0f %% of the points were dropped, more than %g %%: no surface holds what is left", dropped, most);
+		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
+		                 "%.0f %% of the points were dropped, more than %g %%: no surface holds what is left", dropped,
+		                 most);
 }
 
-static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o, const struct gnp_task *task,
-                             struct gnp_values *report, struct gnp_error *error)
+static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_filter_options *o,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
-	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components, filter->patches,
-	                                       filter->degenerate, filter->outliers};
+	const struct gnp_common_facts facts = {filter->model, filter->normals_estimated != 0, filter->components,
+	                                       filter->patches, filter->degenerate, filter->outliers};
 	gnp_status status = gnp_common_report(&facts, &o->estimate, report, error);
 	if (status == GNP_OK)
 		status = report_counts(filter, report, error);
@@ -171,10 +180,10 @@ static gnp_status add_report(const struct gnp_filter *filter, const struct gnp_f
 	return status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter filter = {0};
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
@@ -195,18 +204,6 @@ done:
 	return status;
 }
 
-const struct gnp_operation gnp_operation_filter = {
-	.name = "filter",
-	.help = "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(filter,
+              "Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.",
+              .resolve = resolve);

@@ -7,7 +7,6 @@
 #include "core/flow/flow.h"
 #include "core/flow/flow_setup.h"
 #include "proto/operation/operation_common.h"
-#include "proto/operation/operation_table.h"
 
 /* The core's options, what stands for a model until it is found, and a bit for every wanted output. */
 struct options {
@@ -15,7 +14,6 @@ struct options {
 	char weights[GNP_MODEL_NAME_MAX + 1];
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 /* A flow smooths noise away itself; what is taught on noise would not see small features. */
 static const char default_weights[] = "clean_50k";
@@ -34,16 +32,20 @@ enum output {
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[POINTS] = {"points", GNP_FP32, 2, {-2, 3}, false, "the cloud at the end [length]"},
 	[NORMALS] = {"normals", GNP_FP32, 2, {-2, 3}, false, "outward unit normals, on the side of those at the start"},
-	[MEAN_CURVATURE] = {"mean_curvature", GNP_FP32, 1, {-2}, false, "H at the end, -1/R on a sphere, not smoothed [1/length]"},
+	[MEAN_CURVATURE] = {"mean_curvature", GNP_FP32, 1, {-2}, false,
+	                    "H at the end, -1/R on a sphere, not smoothed [1/length]"},
 	[INDEX] = {"index", GNP_INT64, 1, {-2}, false, "which point of the cloud each one was, from 0; -1: inserted"},
 	[RECORD] = {"record", GNP_FP64, 2, {-3, 10}, true,
-	            "a row of every state from the start: step, time [length^2], points, area, volume, curvature (largest |H|), resolution "
-	            "(curvature times spacing, what singularity bounds), thinned, inserted, seconds since the row before"},
+	            "a row of every state from the start: step, time [length^2], points, area, volume, curvature (largest "
+	            "|H|), resolution (curvature times spacing, what singularity bounds), thinned, inserted, seconds since "
+	            "the row before"},
 	[SNAPSHOT_START] = {"snapshot_start", GNP_INT64, 1, {-6}, true,
-	                    "snapshot i has rows snapshot_start[i] to snapshot_start[i + 1] - 1 of those below (snapshot_every)"},
+	                    "snapshot i has rows snapshot_start[i] to snapshot_start[i + 1] - 1 of those below "
+	                    "(snapshot_every)"},
 	[SNAPSHOT_STEP] = {"snapshot_step", GNP_INT64, 1, {-5}, true, "the step of each snapshot"},
 	[SNAPSHOT_TIME] = {"snapshot_time", GNP_FP64, 1, {-5}, true, "its time [length^2]"},
-	[SNAPSHOT_POINTS] = {"snapshot_points", GNP_FP32, 2, {-4, 3}, true, "its points, those of all snapshots after each other [length]"},
+	[SNAPSHOT_POINTS] = {"snapshot_points", GNP_FP32, 2, {-4, 3}, true,
+	                     "its points, those of all snapshots after each other [length]"},
 	[SNAPSHOT_NORMALS] = {"snapshot_normals", GNP_FP32, 2, {-4, 3}, true, "their normals"},
 	[SNAPSHOT_MEAN_CURVATURE] = {"snapshot_mean_curvature", GNP_FP32, 1, {-4}, true, "their mean curvature [1/length]"},
 };
@@ -55,30 +57,33 @@ static const char *const volumes[] = {"none", "preserve", NULL};
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"steps", GNP_PARAMETER_INTEGER, FIELD(steps), "1", 1, 1e6, NULL, "how many to take"},
-	{"dt", GNP_PARAMETER_AUTO, FIELD(dt), "auto", GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; auto: 0.8 of the spacing squared, less as points crowd together"},
-	{"scheme", GNP_PARAMETER_CHOICE, FIELD(scheme), "explicit", 0, 0, schemes,
-	 "explicit: points move by dt H along the normal; semi_implicit: stable at many times longer steps; conformal: spheres of genus 0 "
-	 "without singularities, points are neither thinned nor inserted"},
-	{"volume", GNP_PARAMETER_CHOICE, FIELD(volume), "none", 0, 0, volumes, "preserve: keep the volume of a closed surface"},
-	{"smoothing_radius", GNP_PARAMETER_AUTO, FIELD(smoothing_radius), "auto", 0, 1e100, NULL,
+	{"steps", GNP_PARAMETER_INTEGER, FIELD(steps), 1, 1e6, NULL, "how many to take"},
+	{"dt", GNP_PARAMETER_AUTO, FIELD(dt), GNP_ABOVE_ZERO, 1e200, NULL,
+	 "the step [length^2]; auto: 0.8 of the spacing squared, less as points crowd together"},
+	{"scheme", GNP_PARAMETER_CHOICE, FIELD(scheme), 0, 0, schemes,
+	 "explicit: points move by dt H along the normal; semi_implicit: stable at many times longer steps; conformal: "
+	 "spheres of genus 0 without singularities, points are neither thinned nor inserted"},
+	{"volume", GNP_PARAMETER_CHOICE, FIELD(volume), 0, 0, volumes, "preserve: keep the volume of a closed surface"},
+	{"smoothing_radius", GNP_PARAMETER_AUTO, FIELD(smoothing_radius), 0, 1e100, NULL,
 	 "H is averaged by a Gaussian of this radius [length]; 0: not; auto: 0.6 of the spacing"},
-	{"spacing", GNP_PARAMETER_AUTO, FIELD(spacing), "auto", 0, 1e100, NULL,
+	{"spacing", GNP_PARAMETER_AUTO, FIELD(spacing), 0, 1e100, NULL,
 	 "points closer than this are thinned after each step [length]; 0: never; auto: 0.45 of the spacing"},
-	{"insertion", GNP_PARAMETER_AUTO, FIELD(insertion), "auto", 0, 1e100, NULL,
+	{"insertion", GNP_PARAMETER_AUTO, FIELD(insertion), 0, 1e100, NULL,
 	 "points are inserted where none is this near on the surface [length]; 0: never; auto: 1.5 times the spacing"},
-	{"tangential", GNP_PARAMETER_NUMBER, FIELD(tangential), "0", 0, 1, NULL,
-	 "how far points move along the surface towards the middle of their neighbours before each step, which evens them out"},
-	{"projection", GNP_PARAMETER_NUMBER, FIELD(projection), "0.1", 0, 1, NULL,
-	 "how far points move towards the surface fitted to them before each step, which damps what fits do not see; 0: the paper's step"},
-	{"singularity", GNP_PARAMETER_NUMBER, FIELD(singularity), "0.5", GNP_ABOVE_ZERO, 1e6, NULL,
+	{"tangential", GNP_PARAMETER_NUMBER, FIELD(tangential), 0, 1, NULL,
+	 "how far points move along the surface towards the middle of their neighbours before each step, which evens them "
+	 "out"},
+	{"projection", GNP_PARAMETER_NUMBER, FIELD(projection), 0, 1, NULL,
+	 "how far points move towards the surface fitted to them before each step, which damps what fits do not see; 0: "
+	 "the paper's step"},
+	{"singularity", GNP_PARAMETER_NUMBER, FIELD(singularity), GNP_ABOVE_ZERO, 1e6, NULL,
 	 "the flow stops when curvature times spacing exceeds this: a neck or a point collapses"},
-	{"spacing_limit", GNP_PARAMETER_NUMBER, FIELD(spacing_limit), "4", 1, 1e6, NULL,
+	{"spacing_limit", GNP_PARAMETER_NUMBER, FIELD(spacing_limit), 1, 1e6, NULL,
 	 "the flow stops when points are this many times their spacing at the start apart; more than 1"},
-	{"snapshot_every", GNP_PARAMETER_INTEGER, FIELD(snapshot_every), "0", 0, 1e6, NULL,
+	{"snapshot_every", GNP_PARAMETER_INTEGER, FIELD(snapshot_every), 0, 1e6, NULL,
 	 "steps between snapshots of the flow, its start and end among them; 0: none"},
-	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights, default_weights),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_PARAMETERS(struct options, core.estimate, weights),
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -104,13 +109,15 @@ static bool is_snapshot(int output)
 	return output >= SNAPSHOT_START;
 }
 
-/* Snapshots that are asked for by name have to be made; where all outputs are wanted, those that are not are left out. */
+/* Snapshots that are asked for by name have to be made; where all outputs are wanted, those that are not are left
+ * out. */
 static gnp_status settle_snapshots(const struct gnp_request *request, struct options *o, struct gnp_error *error)
 {
 	bool by_name = request->output_count || o->outputs != ALL_OUTPUTS;
 	for (int output = SNAPSHOT_START; output < OUTPUTS && o->core.snapshot_every == 0; output++) {
 		if (by_name && (o->outputs >> output & 1))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: needs snapshot_every, got 0, need at least 1", outputs[output].name);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: needs snapshot_every, got 0, need at least 1",
+			                     outputs[output].name);
 		o->outputs &= ~(UINT64_C(1) << output);
 	}
 	return GNP_OK;
@@ -123,15 +130,19 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	gnp_status status = settle_snapshots(call->request, o, error);
 	if (status == GNP_OK)
 		status = gnp_flow_check(&o->core, &cloud, error);
-	return status == GNP_OK ? gnp_common_check_points(call, &o->core.estimate, gnp_flow_least_points(&o->core), error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_common_check_points(call, &o->core.estimate, gnp_flow_least_points(&o->core), error);
 }
 
 /* On top of the core's: the double copies of points and normals, the mask, and what is copied into the answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	const struct gnp_flow_options *o = &((const struct options *)(const void *)call->options)->core;
+	const struct options *options = gnp_call_options(call);
+	const struct gnp_flow_options *o = &options->core;
 	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
-	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record), gnp_flow_memory(call->points, o));
+	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record),
+	                                   gnp_flow_memory(call->points, o));
 	return gnp_common_memory(call->points, width, records);
 }
 
@@ -201,8 +212,8 @@ static gnp_status report_end(const struct gnp_flow *flow, struct gnp_values *rep
 static void warn_of_the_end(const struct gnp_flow *flow, int steps, struct gnp_warnings *warnings)
 {
 	if (flow->stop != GNP_FLOW_STEPS)
-		gnp_warnings_add(warnings, GNP_WARNING_FLOW, "it ended after %zu of %d steps (%s): %s", flow->steps, steps, gnp_flow_stop_name(flow->stop),
-		                 flow->reason);
+		gnp_warnings_add(warnings, GNP_WARNING_FLOW, "it ended after %zu of %d steps (%s): %s", flow->steps, steps,
+		                 gnp_flow_stop_name(flow->stop), flow->reason);
 }
 
 static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_options *o, const struct gnp_task *task,
@@ -217,10 +228,10 @@ static gnp_status add_report(const struct gnp_flow *flow, const struct gnp_flow_
 	return status == GNP_OK ? gnp_common_report_end(&facts, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud input = {0};
 	struct gnp_flow flow = {0};
 	unsigned char *fixed = NULL;
@@ -243,18 +254,5 @@ done:
 	return status;
 }
 
-const struct gnp_operation gnp_operation_flow = {
-	.name = "flow",
-	.help = "Mean-curvature flow of a cloud, x_t = H n: surfaces smooth, spheres shrink by R^2 = R0^2 - 2 t.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(flow, "Mean-curvature flow of a cloud, x_t = H n: surfaces smooth, spheres shrink by R^2 = R0^2 - 2 t.",
+              .resolve = resolve);

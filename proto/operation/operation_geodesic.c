@@ -4,30 +4,29 @@
 #include "core/base/memory.h"
 #include "core/equations/geodesic.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation; /* its domain alone counts */
 	int source;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
-	{"sources", GNP_BOOL, 1, {-1}, true, "1 at the points that distances are taken from; the parameter source when absent"},
+	{"sources", GNP_BOOL, 1, {-1}, true,
+	 "1 at the points that distances are taken from; the parameter source when absent"},
 };
 
 static const struct gnp_tensor_info outputs[] = {
 	{"distance", GNP_FP64, 1, {-1}, false,
-	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped points"},
+	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped "
+	 "points"},
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"source", GNP_PARAMETER_INTEGER, offsetof(struct options, source), "0", 0, 2147483647, NULL,
+	{"source", GNP_PARAMETER_INTEGER, offsetof(struct options, source), 0, 2147483647, NULL,
 	 "the point that distances are taken from, without the input sources"},
-	{"filter", GNP_PARAMETER_BOOL, offsetof(struct options, equation.filter), "false", 0, 0, NULL,
-	 "drop outliers and move noisy points onto the surface first (as the operation filter with project)"},
-	GNP_COMMON_PARAMETERS(struct options, equation.core.laplacian.domain.estimate, equation.weights, GNP_COMMON_AUTO),
+	GNP_EQUATION_FILTER(struct options),
+	GNP_COMMON_PARAMETERS(struct options, equation.core.laplacian.domain.estimate, equation.weights),
 };
 
 static void defaults(void *options)
@@ -39,22 +38,23 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
-	gnp_status status = gnp_equation_check(call, &o->equation, 0, error);
+	const struct options *o = gnp_call_options(call);
+	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK && !gnp_tensors_find(&call->request->inputs, "sources") && (size_t)o->source >= call->points)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source, call->points - 1);
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source,
+		                       call->points - 1);
 	return status;
 }
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation, 1);
+	return gnp_equation_memory(call->points, gnp_call_options(call), 1);
 }
 
 /* ---- The operator ---- */
 
-static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                       void **object, size_t *bytes, struct gnp_error *error)
+static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
+                       struct gnp_task *task, void **object, size_t *bytes, struct gnp_error *error)
 {
 	struct gnp_geodesic *geodesic;
 	gnp_status status = gnp_geodesic_create(cloud, &options->laplacian.domain, pool, task, &geodesic, error);
@@ -75,8 +75,8 @@ static const struct gnp_equation_kind kind = {"geodesic", make, {gnp_equation_ma
 /* ---- Sources ---- */
 
 /* *sources (count), freed by the caller. */
-static gnp_status read_sources(const struct gnp_call *call, const struct options *o, size_t points, uint32_t **sources, size_t *count,
-                               struct gnp_error *error)
+static gnp_status read_sources(const struct gnp_call *call, const struct options *o, size_t points, uint32_t **sources,
+                               size_t *count, struct gnp_error *error)
 {
 	unsigned char *mask;
 	gnp_status status = gnp_common_mask_read(call->request, "sources", &mask, error);
@@ -113,10 +113,10 @@ static gnp_status add_report(const struct gnp_geodesic *geodesic, bool found, si
 	return gnp_equation_report_end(gnp_domain_facts(gnp_geodesic_domain(geodesic)), task, report, error);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud cloud = {0};
 	struct gnp_prepared_entry *entry = NULL;
 	struct gnp_tensor *distance;
@@ -141,18 +141,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_geodesic = {
-	.name = "geodesic",
-	.help = "Distances along the surface of a cloud from a set of its points, by the heat method.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = 1,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(geodesic, "Distances along the surface of a cloud from a set of its points, by the heat method.",
+              .resolve = gnp_equation_resolve);

@@ -4,14 +4,12 @@
 
 #include "core/equations/heat.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;
 	double dt;
 	int steps;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
@@ -24,8 +22,10 @@ static const struct gnp_tensor_info outputs[] = {
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), "0.001", GNP_ABOVE_ZERO, 1e200, NULL, "the step [length^2]; any is stable"},
-	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), "1", 1, 1e6, NULL, "how many to take; all use one factor"},
+	{"dt", GNP_PARAMETER_NUMBER, offsetof(struct options, dt), GNP_ABOVE_ZERO, 1e200, NULL,
+	 "the step [length^2]; any is stable"},
+	{"steps", GNP_PARAMETER_INTEGER, offsetof(struct options, steps), 1, 1e6, NULL,
+	 "how many to take; all use one factor"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
@@ -41,7 +41,7 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK)
 		status = gnp_equation_check_columns(call, "initial", NULL, error);
 	return status == GNP_OK ? gnp_equation_check_columns(call, "source", "initial", error) : status;
@@ -49,12 +49,11 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
-	                           gnp_equation_sides(call, "initial"));
+	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "initial"));
 }
 
-static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o, const struct gnp_task *task,
-                             struct gnp_values *report, struct gnp_error *error)
+static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o,
+                             const struct gnp_task *task, struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(entry));
 	gnp_status status = gnp_equation_report(&info, found, &o->equation, report, error);
@@ -62,13 +61,15 @@ static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found,
 		status = gnp_values_add_number(report, "time", o->dt * o->steps, error);
 	if (status != GNP_OK)
 		return status;
-	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(entry))), task, report, error);
+	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(entry))), task, report,
+	                               error);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct gnp_common_cloud cloud = {0};
 	struct gnp_prepared_entry *entry = NULL;
 	double *u = NULL, *source = NULL;
@@ -83,12 +84,14 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	if (status == GNP_OK)
 		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &cloud, pool, task, &entry, &found, error);
 	if (status == GNP_OK)
-		status = gnp_heat_step(gnp_prepared_object(entry), o.dt, (size_t)o.steps, source, NULL, sides, pool, task, u, error);
+		status = gnp_heat_step(gnp_prepared_object(entry), o.dt, (size_t)o.steps, source, NULL, sides, pool, task, u,
+		                       error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(entry, found, &o, task, &response->parameters, error);
 	if (status == GNP_OK)
-		status = gnp_tensors_add_data(&response->outputs, outputs[0].name, GNP_FP64, 2, (size_t[]){cloud.count, sides}, u, true, NULL, error);
+		status = gnp_tensors_add_data(&response->outputs, outputs[0].name, GNP_FP64, 2, (size_t[]){cloud.count, sides},
+		                              u, true, NULL, error);
 	if (status != GNP_OK)
 		free(u);
 	free(source);
@@ -97,18 +100,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_heat = {
-	.name = "heat",
-	.help = "Heat on the surface of a cloud, u_t = Delta u + source, by implicit steps.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = 1,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(heat, "Heat on the surface of a cloud, u_t = Delta u + source, by implicit steps.",
+              .resolve = gnp_equation_resolve);

@@ -2,20 +2,20 @@
 #include <stdlib.h>
 
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
-enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y, DIVERGENCE_Z, OUTPUTS };
+enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y,
+             DIVERGENCE_Z, OUTPUTS };
 #define DERIVATIVE(name, help) {name, GNP_FP64, 1, {-4}, false, help}
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false, "row i of every matrix below, that of point i, has entries row_offsets[i] to "
+	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false,
+	                 "row i of every matrix below, that of point i, has entries row_offsets[i] to "
 	                                              "row_offsets[i + 1] - 1: none where the filter dropped the point"},
 	[COLUMNS] = {"columns", GNP_INT64, 1, {-4}, false, "the column of each entry, ascending within a row"},
 	[VALUES] = DERIVATIVE("values", "Delta of the functions whose values stand at the kept points [1/length^2]"),
@@ -24,7 +24,8 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[GRADIENT_X] = DERIVATIVE("gradient_x", "x of its gradient along the surface [1/length]"),
 	[GRADIENT_Y] = DERIVATIVE("gradient_y", "y of it"),
 	[GRADIENT_Z] = DERIVATIVE("gradient_z", "z of it"),
-	[DIVERGENCE_X] = DERIVATIVE("divergence_x", "what a field's x adds to the divergence of its tangential part [1/length]"),
+	[DIVERGENCE_X] = DERIVATIVE("divergence_x",
+	                            "what a field's x adds to the divergence of its tangential part [1/length]"),
 	[DIVERGENCE_Y] = DERIVATIVE("divergence_y", "its y"),
 	[DIVERGENCE_Z] = DERIVATIVE("divergence_z", "its z"),
 };
@@ -37,14 +38,15 @@ static enum gnp_derivative derivative_of(int output)
 		return GNP_DERIVATIVE_LAPLACIAN;
 	if (output == VALUE)
 		return GNP_DERIVATIVE_VALUE;
-	return output >= GRADIENT_X ? (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X)) : GNP_DERIVATIVE_COUNT;
+	if (output < GRADIENT_X)
+		return GNP_DERIVATIVE_COUNT;
+	return (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X));
 }
 
 static const struct gnp_parameter parameters[] = {
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "row_offsets,columns,values,kept", 0, 0, NULL,
-	 "comma-separated names of outputs, or all"},
+	GNP_COMMON_OUTPUTS(struct options),
 };
 
 static void defaults(void *options)
@@ -56,13 +58,13 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	return gnp_equation_check(call, error);
 }
 
 /* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
 static size_t rows(const struct gnp_call *call, int64_t extent)
 {
-	const struct gnp_equation_options *o = &((const struct options *)(const void *)call->options)->equation;
+	const struct gnp_equation_options *o = gnp_call_options(call);
 	if (extent == -4)
 		return GNP_ROWS_OTHER; /* a stencil a row */
 	if (extent == -3)
@@ -74,14 +76,15 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 static size_t memory(const struct gnp_call *call)
 {
 	enum { ENTRIES = 30, INDEX = 12, NUMBER = 16 };
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
 	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
-	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
+	return gnp_common_memory(call->points, width,
+	                         gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
 }
 
-static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow, const size_t *wide,
-                              struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow,
+                              const size_t *wide, struct gnp_tensors *to, struct gnp_error *error)
 {
 	struct gnp_tensor *tensor;
 	gnp_status status = gnp_tensors_add(to, info->name, GNP_INT64, 1, &count, &tensor, error);
@@ -90,7 +93,8 @@ static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, 
 	return status;
 }
 
-static gnp_status add_matrix(const struct gnp_tensor_info *info, size_t count, double **values, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_matrix(const struct gnp_tensor_info *info, size_t count, double **values, struct gnp_tensors *to,
+                             struct gnp_error *error)
 {
 	gnp_status status = gnp_tensors_add_data(to, info->name, GNP_FP64, 1, &count, *values, true, NULL, error);
 	if (status == GNP_OK)
@@ -109,7 +113,8 @@ static gnp_status add_output(int output, struct gnp_collocation *c, struct gnp_t
 	}
 }
 
-static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_outputs(uint64_t wanted, struct gnp_collocation *c, struct gnp_tensors *to,
+                              struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (int output = 0; output < OUTPUTS && status == GNP_OK; output++)
@@ -142,10 +147,11 @@ static unsigned derivatives(uint64_t wanted)
 	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter_options filter;
 	struct gnp_collocation made = {0};
@@ -166,19 +172,6 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_laplacian = {
-	.name = "laplacian",
-	.help = "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.rows = rows,
-	.run = run,
-};
+GNP_OPERATION(laplacian,
+              "The Laplace-Beltrami operator of a cloud, its gradient and divergence as sparse matrices by rows.",
+              .resolve = gnp_equation_resolve, .rows = rows);

@@ -6,13 +6,11 @@
 #include "core/base/memory.h"
 #include "core/equations/energy.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
@@ -24,20 +22,24 @@ static const struct gnp_tensor_info inputs[] = {
 enum output { SOLUTION, RESIDUAL, MISFIT, MEAN, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[SOLUTION] = {"solution", GNP_FP64, 2, {-1, -2}, false, "u at every point, a column a right-hand side"},
-	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of the system, or of the normal equations of least squares"},
-	[MISFIT] = {"misfit", GNP_FP64, 1, {-2}, true, "||alpha u - Delta u - f|| / ||f|| over all points that are not fixed"},
-	[MEAN] = {"mean", GNP_FP64, 1, {-2}, true, "the constant taken off f so that a solution exists, the largest over components"},
+	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true,
+	              "relative residual of the system, or of the normal equations of least squares"},
+	[MISFIT] = {"misfit", GNP_FP64, 1, {-2}, true,
+	            "||alpha u - Delta u - f|| / ||f|| over all points that are not fixed"},
+	[MEAN] = {"mean", GNP_FP64, 1, {-2}, true,
+	          "the constant taken off f so that a solution exists, the largest over components"},
 };
 
 #define FIELD(name) offsetof(struct options, equation.core.name)
 static const struct gnp_parameter parameters[] = {
-	{"screening", GNP_PARAMETER_NUMBER, FIELD(screening), "0", 0, 1e100, NULL, "alpha in alpha u - Delta u = f; 0: Delta u = -f, u of zero mean"},
-	{"mean", GNP_PARAMETER_CHOICE, FIELD(mean), "area", 0, 0, gnp_equation_means,
+	{"screening", GNP_PARAMETER_NUMBER, FIELD(screening), 0, 1e100, NULL,
+	 "alpha in alpha u - Delta u = f; 0: Delta u = -f, u of zero mean"},
+	{"mean", GNP_PARAMETER_CHOICE, FIELD(mean), 0, 0, gnp_equation_means,
 	 "which mean is zero: over the surface, or over the list of points"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_OUTPUTS(struct options),
 };
 #undef FIELD
 
@@ -51,7 +53,7 @@ static void defaults(void *options)
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
 	const struct gnp_tensors *given = &call->request->inputs;
-	gnp_status status = gnp_equation_check(call, &((const struct options *)(const void *)call->options)->equation, 0, error);
+	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK)
 		status = gnp_equation_check_columns(call, "source", NULL, error);
 	if (status == GNP_OK && gnp_tensors_find(given, "values") && !gnp_tensors_find(given, "fixed"))
@@ -61,8 +63,7 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, &((const struct options *)(const void *)call->options)->equation,
-	                           gnp_equation_sides(call, "source"));
+	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "source"));
 }
 
 /* Everything a request holds while it runs. */
@@ -93,7 +94,8 @@ static gnp_status read_values(const struct gnp_call *call, struct work *work, st
 	gnp_status status = gnp_equation_columns(call, "values", &work->values, &sides, error);
 	if (status != GNP_OK || work->values || !work->fixed)
 		return status;
-	work->values = gnp_size_multiply(work->cloud.count, sides, &count) ? gnp_array_zero(count, sizeof *work->values) : NULL;
+	bool fits = gnp_size_multiply(work->cloud.count, sides, &count);
+	work->values = fits ? gnp_array_zero(count, sizeof *work->values) : NULL;
 	return work->values ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "values: no memory for %zu columns", sides);
 }
 
@@ -112,14 +114,16 @@ static gnp_status read_inputs(const struct gnp_call *call, struct work *work, st
 	bool fits = gnp_size_multiply(work->cloud.count, work->sides, &count);
 	work->solution = fits ? gnp_array_new(count, sizeof *work->solution) : NULL;
 	work->reports = gnp_array_zero(work->sides, sizeof *work->reports);
-	return work->solution && work->reports ? GNP_OK
-	                                       : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solution: no memory for %zu columns", work->sides);
+	if (work->solution && work->reports)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "solution: no memory for %zu columns", work->sides);
 }
 
 static gnp_status add_solution(struct work *work, struct gnp_tensors *to, struct gnp_error *error)
 {
 	size_t shape[] = {work->cloud.count, work->sides};
-	gnp_status status = gnp_tensors_add_data(to, outputs[SOLUTION].name, GNP_FP64, 2, shape, work->solution, true, NULL, error);
+	gnp_status status = gnp_tensors_add_data(to, outputs[SOLUTION].name, GNP_FP64, 2, shape, work->solution, true, NULL,
+	                                         error);
 	if (status == GNP_OK)
 		work->solution = NULL;
 	return status;
@@ -158,7 +162,8 @@ static struct worst worst_of(const struct work *work)
 		worst.removed += report->mean_removed != 0;
 		worst.iterations = report->iterations > worst.iterations ? report->iterations : worst.iterations;
 		worst.residual = fmax(worst.residual, report->residual);
-		worst.unbelievable += !isnan(report->energy) && !(report->energy >= GNP_ENERGY_LEAST && report->energy <= GNP_ENERGY_MOST);
+		bool believable = report->energy >= GNP_ENERGY_LEAST && report->energy <= GNP_ENERGY_MOST;
+		worst.unbelievable += !isnan(report->energy) && !believable;
 		if (isnan(worst.energy) || fabs(report->energy - 1) > fabs(worst.energy - 1))
 			worst.energy = report->energy;
 	}
@@ -169,23 +174,29 @@ static void warn(const struct worst *worst, size_t sides, bool direct, bool clos
 {
 	static const double residual_most = 1e-6; /* direct solutions of good systems have 1e-9 and less */
 	if (direct && worst->residual > residual_most)
-		gnp_warnings_add(warnings, GNP_WARNING_RESIDUAL, "the system was solved to a relative residual of %.3g, need at most %g: it is near singular, the "
-		                 "points are too few or too uneven for its stencils", worst->residual, residual_most);
+		gnp_warnings_add(warnings, GNP_WARNING_RESIDUAL,
+		                 "the system was solved to a relative residual of %.3g, need at most %g: it is near singular, "
+		                 "the points are too few or too uneven for its stencils", worst->residual, residual_most);
 	if (worst->removed)
-		gnp_warnings_add(warnings, GNP_WARNING_MEAN, "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed,
+		gnp_warnings_add(warnings, GNP_WARNING_MEAN,
+		                 "%zu of %zu right-hand sides had no zero mean: it was removed (output mean)", worst->removed,
 		                 sides);
 	if (worst->unbelievable)
-		gnp_warnings_add(warnings, GNP_WARNING_ENERGY, "%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
-		                 "right-hand side explains, need %g to %g: %s", worst->unbelievable, sides, worst->energy, GNP_ENERGY_LEAST, GNP_ENERGY_MOST,
-		                 closed ? "the cloud does not resolve the surface or the source" : "the surface has a boundary where values have to be given (fixed)");
+		gnp_warnings_add(warnings, GNP_WARNING_ENERGY,
+		                 "%zu of %zu solutions are not to be believed: their energy is up to %.3g times what the "
+		                 "right-hand side explains, need %g to %g: %s", worst->unbelievable, sides, worst->energy,
+		                 GNP_ENERGY_LEAST, GNP_ENERGY_MOST,
+		                 closed ? "the cloud does not resolve the surface or the source"
+		                        : "the surface has a boundary where values have to be given (fixed)");
 }
 
-static gnp_status add_report(const struct work *work, const struct options *o, const struct gnp_task *task, struct gnp_values *report,
-                             struct gnp_error *error)
+static gnp_status add_report(const struct work *work, const struct options *o, const struct gnp_task *task,
+                             struct gnp_values *report, struct gnp_error *error)
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(gnp_prepared_object(work->entry));
 	const struct worst worst = worst_of(work);
-	warn(&worst, work->sides, info.solver == GNP_SOLVER_DIRECT, gnp_domain_is_closed(gnp_poisson_domain(gnp_prepared_object(work->entry))), gnp_task_warnings(task));
+	warn(&worst, work->sides, info.solver == GNP_SOLVER_DIRECT,
+	     gnp_domain_is_closed(gnp_poisson_domain(gnp_prepared_object(work->entry))), gnp_task_warnings(task));
 	gnp_status status = gnp_equation_report(&info, work->found, &o->equation, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "right_hand_sides", (int64_t)work->sides, error);
@@ -197,21 +208,24 @@ static gnp_status add_report(const struct work *work, const struct options *o, c
 		status = gnp_values_add_number(report, "energy", worst.energy, error);
 	if (status != GNP_OK)
 		return status;
-	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(work->entry))), task, report, error);
+	return gnp_equation_report_end(gnp_domain_facts(gnp_poisson_domain(gnp_prepared_object(work->entry))), task, report,
+	                               error);
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct work work = {.found = false};
 	gnp_status status = read_inputs(call, &work, error);
 	o.equation.core.fixed = work.fixed;
 	if (status == GNP_OK)
-		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &work.cloud, pool, task, &work.entry, &work.found, error);
+		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &work.cloud, pool, task, &work.entry,
+		                          &work.found, error);
 	if (status == GNP_OK)
-		status = gnp_poisson_solve(gnp_prepared_object(work.entry), work.source, work.values, work.sides, pool, task, work.solution,
-		                           work.reports, error);
+		status = gnp_poisson_solve(gnp_prepared_object(work.entry), work.source, work.values, work.sides, pool, task,
+		                           work.solution, work.reports, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(&work, &o, task, &response->parameters, error);
@@ -221,18 +235,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_poisson = {
-	.name = "poisson",
-	.help = "Solves alpha u - Delta u = f on the surface of a cloud, for any number of right-hand sides.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.run = run,
-};
+GNP_OPERATION(poisson, "Solves alpha u - Delta u = f on the surface of a cloud, for any number of right-hand sides.",
+              .resolve = gnp_equation_resolve);

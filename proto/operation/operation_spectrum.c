@@ -1,7 +1,6 @@
 /* The operation `spectrum`: its descriptor, and the way from tensors to gnp_spectrum_run and back. */
 #include "core/equations/spectrum.h"
 #include "proto/operation/operation_equation.h"
-#include "proto/operation/operation_table.h"
 
 struct options {
 	struct gnp_equation_options equation;
@@ -9,24 +8,26 @@ struct options {
 	int count;
 	uint64_t outputs;
 };
-_Static_assert(sizeof(struct options) <= GNP_OPTIONS_SIZE_MAX, "options fit a call");
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
 enum output { EIGENVALUES, IMAGINARY, RESIDUAL, EIGENVECTORS, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
-	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false, "of -Delta, ascending [1/length^2]: 0 once for each component first"},
-	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true, "what the discretisation leaves beside each: a measure of its error"},
+	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false,
+	                 "of -Delta, ascending [1/length^2]: 0 once for each component first"},
+	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true,
+	               "what the discretisation leaves beside each: a measure of its error"},
 	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
-	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false, "a column each, of unit length when points weigh by their area"},
+	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false,
+	                  "a column each, of unit length when points weigh by their area"},
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), "10", 1, 500, NULL, "how many of the lowest"},
-	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), "1e-08", 1e-12, 0.1, NULL, "of the residuals"},
+	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL, "how many of the lowest"},
+	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), 1e-12, 0.1, NULL, "of the residuals"},
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
-	{"outputs", GNP_PARAMETER_SET, offsetof(struct options, outputs), "all", 0, 0, NULL, "comma-separated names of outputs, or all"},
+	GNP_COMMON_OUTPUTS(struct options),
 };
 
 static void defaults(void *options)
@@ -40,21 +41,22 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	gnp_status status = gnp_spectrum_check((size_t)o->count, call->points, error);
-	return status == GNP_OK ? gnp_equation_check(call, &o->equation, 0, error) : status;
+	return status == GNP_OK ? gnp_equation_check(call, error) : status;
 }
 
 static size_t rows(const struct gnp_call *call, int64_t extent)
 {
-	return extent == -2 ? (size_t)((const struct options *)(const void *)call->options)->count : GNP_ROWS_OPEN;
+	const struct options *o = gnp_call_options(call);
+	return extent == -2 ? (size_t)o->count : GNP_ROWS_OPEN;
 }
 
 /* The basis of the iteration holds a few vectors for each that is wanted. */
 static size_t memory(const struct gnp_call *call)
 {
 	enum { VECTORS = 7, BYTES = 8, SIDE = 40 };
-	const struct options *o = (const void *)call->options;
+	const struct options *o = gnp_call_options(call);
 	return gnp_equation_memory(call->points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
 }
 
@@ -69,7 +71,8 @@ static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_te
 	return status;
 }
 
-static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
+static gnp_status add_outputs(uint64_t wanted, const struct gnp_spectrum *spectrum, struct gnp_tensors *to,
+                              struct gnp_error *error)
 {
 	const double *columns[] = {spectrum->value, spectrum->imaginary, spectrum->residual};
 	gnp_status status = GNP_OK;
@@ -90,10 +93,11 @@ static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct o
 	return status == GNP_OK ? gnp_equation_report_end(spectrum->surface, task, report, error) : status;
 }
 
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
-                      struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_response *response, struct gnp_error *error)
 {
-	struct options o = *(const struct options *)(const void *)call->options;
+	const struct options *given = gnp_call_options(call);
+	struct options o = *given;
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter_options filter;
 	struct gnp_spectrum spectrum = {0};
@@ -112,19 +116,5 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-const struct gnp_operation gnp_operation_spectrum = {
-	.name = "spectrum",
-	.help = "The lowest eigenvalues and eigenvectors of -Delta on the surface of a cloud.",
-	.inputs = inputs,
-	.input_count = sizeof inputs / sizeof inputs[0],
-	.outputs = outputs,
-	.output_count = OUTPUTS,
-	.parameters = parameters,
-	.parameter_count = sizeof parameters / sizeof parameters[0],
-	.defaults = defaults,
-	.resolve = gnp_equation_resolve,
-	.check = check,
-	.memory = memory,
-	.rows = rows,
-	.run = run,
-};
+GNP_OPERATION(spectrum, "The lowest eigenvalues and eigenvectors of -Delta on the surface of a cloud.",
+              .resolve = gnp_equation_resolve, .rows = rows);

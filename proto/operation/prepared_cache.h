@@ -1,7 +1,8 @@
 /* Prepared operators that outlive a request: what is costly to make and the same for many right-hand sides.
  *
- * An object is known by a digest of everything it is made of. The cache holds at most so many bytes and lets go of the least recently
- * used; what is in use stays alive until its user is done. Of requests for one object at the same time one makes it, the others wait. Safe from many threads. */
+ * An object is known by a digest of everything it is made of. The cache holds at most so many bytes and lets go of
+ * the least recently used; what is in use stays alive until its user is done. Of requests for one object at the same
+ * time one makes it, the others wait. Safe from many threads. */
 #ifndef GNP_PROTO_PREPARED_CACHE_H
 #define GNP_PROTO_PREPARED_CACHE_H
 
@@ -27,10 +28,13 @@ struct gnp_prepared_kind {
 	void (*destroy)(void *object);
 };
 
-/* A hold on the object of that key, made by kind->make(context) unless it is there; *found: it was, or another request made it. cache may be
- * NULL: it is made for this hold alone. The task gets the warnings that the making left. A task that is cancelled stops waiting within 50 ms. On failure *out is unchanged. */
-gnp_status gnp_prepared_get(struct gnp_prepared_cache *cache, const char key[GNP_SHA256_TEXT], const struct gnp_prepared_kind *kind,
-                            void *context, struct gnp_task *task, struct gnp_prepared_entry **out, bool *found, struct gnp_error *error);
+/* A hold on the object of that key, made by kind->make(context) unless it is there; *found: it was, or another
+ * request made it. cache may be NULL: it is made for this hold alone. The task gets the warnings that the making
+ * left. A task that is cancelled stops waiting within 50 ms. On failure *out is unchanged. */
+gnp_status gnp_prepared_get(struct gnp_prepared_cache *cache, const char key[GNP_SHA256_TEXT],
+                            const struct gnp_prepared_kind *kind,
+                            void *context, struct gnp_task *task, struct gnp_prepared_entry **out, bool *found,
+                            	struct gnp_error *error);
 void *gnp_prepared_object(const struct gnp_prepared_entry *entry);
 void gnp_prepared_release(struct gnp_prepared_entry *entry); /* NULL is allowed */
 

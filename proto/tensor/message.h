@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "core/base/status.h"
+#include "proto/tensor/buffer.h"
 #include "proto/tensor/tensor.h"
 
 enum gnp_value_type { GNP_VALUE_BOOL, GNP_VALUE_INTEGER, GNP_VALUE_NUMBER, GNP_VALUE_STRING };
@@ -24,8 +25,10 @@ struct gnp_values {
 	size_t count, capacity;
 	struct gnp_value *items;
 };
-gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string, struct gnp_error *error);
-gnp_status gnp_values_add_integer(struct gnp_values *values, const char *name, int64_t integer, struct gnp_error *error);
+gnp_status gnp_values_add_string(struct gnp_values *values, const char *name, const char *string,
+                                 struct gnp_error *error);
+gnp_status gnp_values_add_integer(struct gnp_values *values, const char *name, int64_t integer,
+                                  struct gnp_error *error);
 gnp_status gnp_values_add_number(struct gnp_values *values, const char *name, double number, struct gnp_error *error);
 gnp_status gnp_values_add_bool(struct gnp_values *values, const char *name, bool boolean, struct gnp_error *error);
 const struct gnp_value *gnp_values_find(const struct gnp_values *values, const char *name);
@@ -52,16 +55,5 @@ struct gnp_response {
 	struct gnp_values parameters;  /* what was done: estimator, k, weights' sha256, stage seconds, warnings */
 };
 void gnp_response_clear(struct gnp_response *response);
-
-/* Bytes an encoder produced: a growable buffer, freed by gnp_buffer_clear. */
-struct gnp_buffer {
-	unsigned char *data;
-	size_t size, capacity;
-};
-gnp_status gnp_buffer_append(struct gnp_buffer *buffer, const void *data, size_t size, struct gnp_error *error);
-gnp_status gnp_buffer_reserve(struct gnp_buffer *buffer, size_t more, struct gnp_error *error);
-gnp_status gnp_buffer_printf(struct gnp_buffer *buffer, struct gnp_error *error, const char *format, ...)
-	__attribute__((format(printf, 3, 4)));
-void gnp_buffer_clear(struct gnp_buffer *buffer);
 
 #endif

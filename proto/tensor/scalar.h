@@ -5,7 +5,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "proto/tensor/tensor.h"
+#include "proto/tensor/datatype.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "tensors on the wire are little-endian and used in place");
 
@@ -19,7 +19,8 @@ bool gnp_scalar_store(enum gnp_datatype datatype, void *target, double value);
 /* Copies count numbers of size bytes with their bytes reversed. */
 void gnp_scalar_swap(void *target, const void *source, size_t count, size_t size);
 
-/* The floating type that holds every value of datatype best: FP32 for FP16, FP32 and integers up to 16 bits, else FP64. */
+/* The floating type that holds every value of datatype best: FP32 for FP16, FP32 and integers up to 16 bits, else
+ * FP64. */
 enum gnp_datatype gnp_scalar_floating(enum gnp_datatype datatype);
 
 #endif

@@ -5,36 +5,25 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/base/names.h"
 #include "proto/tensor/scalar.h"
 
-static const struct {
-	const char *name;
-	size_t size;
-} datatypes[] = {
-#define ROW(id, name, bytes) {name, bytes},
-	GNP_DATATYPE_TABLE(ROW)
-#undef ROW
-};
-
-const char *gnp_datatype_name(enum gnp_datatype datatype)
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name,
+                                                    size_t length)
 {
-	return datatype < GNP_DATATYPE_COUNT ? datatypes[datatype].name : "unknown";
+	for (size_t i = 0; i < count; i++)
+		if (strlen(infos[i].name) == length && memcmp(infos[i].name, name, length) == 0)
+			return &infos[i];
+	return NULL;
 }
 
-size_t gnp_datatype_size(enum gnp_datatype datatype)
+const char *gnp_tensor_infos_names(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length,
+                                   struct gnp_names *list)
 {
-	return datatype < GNP_DATATYPE_COUNT ? datatypes[datatype].size : 0;
-}
-
-bool gnp_datatype_find(const char *name, enum gnp_datatype *datatype)
-{
-	for (int i = 0; i < GNP_DATATYPE_COUNT; i++) {
-		if (strcmp(name, datatypes[i].name) == 0) {
-			*datatype = (enum gnp_datatype)i;
-			return true;
-		}
-	}
-	return false;
+	gnp_names_begin(list, given, length);
+	for (size_t i = 0; i < count; i++)
+		gnp_names_add(list, infos[i].name);
+	return gnp_names_end(list);
 }
 
 char gnp_extent_letter(int64_t extent)
@@ -59,14 +48,15 @@ static gnp_status tensor_bytes(const char *name, enum gnp_datatype datatype, uns
                                size_t *bytes, struct gnp_error *error)
 {
 	if (strlen(name) >= GNP_TENSOR_NAME_MAX)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%.40s...\": name of %zu bytes, need at most %d", name,
-		                     strlen(name), GNP_TENSOR_NAME_MAX - 1);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%.40s...\": name of %zu bytes, need at most %d",
+		                     name, strlen(name), GNP_TENSOR_NAME_MAX - 1);
 	if (rank > GNP_TENSOR_RANK_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": rank %u, need at most %d", name, rank,
 		                     GNP_TENSOR_RANK_MAX);
 	size_t size = gnp_datatype_size(datatype), elements;
 	if (!size)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": datatype %s is not supported, need a numeric one",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "tensor \"%s\": datatype %s is not supported, need a numeric one",
 		                     name, gnp_datatype_name(datatype));
 	if (!gnp_tensor_elements(rank, shape, &elements) || !gnp_size_multiply(elements, size, bytes))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "tensor \"%s\": the shape's product overflows", name);

@@ -8,24 +8,7 @@
 
 #include "core/base/status.h"
 #include "proto/tensor/budget.h"
-
-/* enumerator, Open Inference Protocol name, bytes an element (0: variable) */
-#define GNP_DATATYPE_TABLE(X)                                                                                  \
-	X(GNP_BOOL, "BOOL", 1) X(GNP_UINT8, "UINT8", 1) X(GNP_UINT16, "UINT16", 2) X(GNP_UINT32, "UINT32", 4)      \
-	X(GNP_UINT64, "UINT64", 8) X(GNP_INT8, "INT8", 1) X(GNP_INT16, "INT16", 2) X(GNP_INT32, "INT32", 4)        \
-	X(GNP_INT64, "INT64", 8) X(GNP_FP16, "FP16", 2) X(GNP_FP32, "FP32", 4) X(GNP_FP64, "FP64", 8)              \
-	X(GNP_BYTES, "BYTES", 0)
-
-enum gnp_datatype {
-#define GNP_DATATYPE_ENUM(id, name, bytes) id,
-	GNP_DATATYPE_TABLE(GNP_DATATYPE_ENUM)
-#undef GNP_DATATYPE_ENUM
-	GNP_DATATYPE_COUNT
-};
-
-const char *gnp_datatype_name(enum gnp_datatype datatype);
-size_t gnp_datatype_size(enum gnp_datatype datatype);
-bool gnp_datatype_find(const char *name, enum gnp_datatype *datatype);
+#include "proto/tensor/datatype.h"
 
 #define GNP_TENSOR_RANK_MAX 8
 #define GNP_TENSOR_NAME_MAX 64
@@ -44,19 +27,28 @@ struct gnp_tensor {
 struct gnp_tensors {
 	size_t count, capacity;
 	struct gnp_tensor *items;
-	const struct gnp_budget *budget; /* borrowed: asked for the bytes of every tensor that gnp_tensors_add makes; NULL: nobody is */
+	/* Borrowed: asked for the bytes of every tensor that gnp_tensors_add makes; NULL: nobody is. */
+	const struct gnp_budget *budget;
 };
 
 /* What a tensor of an operation is. shape: -1 for the number of points; -2, -3, ... for other free extents. */
 struct gnp_tensor_info {
 	const char *name;
-	enum gnp_datatype datatype; /* of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of
-	                               outputs: GNP_FP32 for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is */
+	/* Of inputs: the natural one, any numeric type is taken, for GNP_BOOL with the values 0 and 1; of outputs: GNP_FP32
+	 * for that of `points` (FP64 where it is FP64, else FP32), any other is meant as it is. */
+	enum gnp_datatype datatype;
 	unsigned rank;
 	int64_t shape[4];
 	bool optional;              /* of outputs: an answer whose format has no place for it is whole without it */
 	const char *help;
 };
+
+/* Of a table of tensors: the one of that name (length bytes), or NULL; and what a refusal of the name says is known. */
+const struct gnp_tensor_info *gnp_tensor_infos_find(const struct gnp_tensor_info *infos, size_t count, const char *name,
+                                                    size_t length);
+struct gnp_names;
+const char *gnp_tensor_infos_names(const struct gnp_tensor_info *infos, size_t count, const char *given, size_t length,
+                                   struct gnp_names *list);
 
 /* What texts call a free extent: n for -1, then m, s, t, u, v. */
 char gnp_extent_letter(int64_t extent);
@@ -64,8 +56,8 @@ char gnp_extent_letter(int64_t extent);
 /* Elements of a shape, overflow-checked; false on overflow. */
 bool gnp_tensor_elements(unsigned rank, const size_t *shape, size_t *elements);
 
-/* Appends an uninitialised owned tensor (data allocated) and returns it through out; its address is valid until the next
- * append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY, and whatever the budget answers. */
+/* Appends an uninitialised owned tensor (data allocated) and returns it through out; its address is valid until the
+ * next append. GNP_INVALID_ARGUMENT on overflow or a bad rank, GNP_OUT_OF_MEMORY, and whatever the budget answers. */
 gnp_status gnp_tensors_add(struct gnp_tensors *tensors, const char *name, enum gnp_datatype datatype, unsigned rank,
                            const size_t *shape, struct gnp_tensor **out, struct gnp_error *error);
 /* The same with data of the right size that is borrowed (owned false) or taken over, freed by free() (owned true). */

@@ -1,16 +1,19 @@
-/* What the admin listener alone answers: loading again, the log's level, the configuration. */
+#include "server/api/admin.h"
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "proto/json/json_text.h"
-#include "server/api/routes.h"
+#include "server/api/reloader.h"
 #include "server/api/server.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
 
 gnp_status gnpd_admin_reload(struct gnpd_request *request, struct gnp_error *error)
 {
 	unsigned long number = gnpd_reloader_ask(request->server->reloader);
-	gnpd_log_event(&request->server->log, GNPD_LOG_INFO, "reload %lu: asked for by the admin listener", number);
+	gnpd_log_event(request->server->engine.log, GNPD_LOG_INFO, "reload %lu: asked for by the admin listener", number);
 	gnpd_reply_header(request, "Location", "/admin/reload");
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 202), error, "{\"reload\":%lu}\n", number);
 }
@@ -31,7 +34,7 @@ gnp_status gnpd_admin_reloaded(struct gnpd_request *request, struct gnp_error *e
 
 static gnp_status answer_level(struct gnpd_request *request, struct gnp_error *error)
 {
-	enum gnpd_log_level level = (enum gnpd_log_level)atomic_load(&request->server->log.level);
+	enum gnpd_log_level level = (enum gnpd_log_level)atomic_load(&request->server->engine.log->level);
 	return gnp_buffer_printf(gnpd_reply_json(&request->reply, 200), error, "{\"level\":\"%s\"}\n", gnpd_log_level_name(level));
 }
 
@@ -55,12 +58,13 @@ gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_err
 	static const char *const known[] = {"level", NULL};
 	struct gnp_values values = {0};
 	enum gnpd_log_level level;
-	gnp_status status = gnpd_query_read(request, known, &values, error);
+	gnp_status status = gnpd_request_query(request, known, &values, error);
 	if (status == GNP_OK)
 		status = read_level(&values, &level, error);
 	if (status == GNP_OK) {
-		atomic_store(&request->server->log.level, (int)level);
-		gnpd_log_event(&request->server->log, GNPD_LOG_WARNING, "log-level: %s from now on", gnpd_log_level_name(level));
+		atomic_store(&request->server->engine.log->level, (int)level);
+		gnpd_log_event(request->server->engine.log, GNPD_LOG_WARNING, "log-level: %s from now on",
+		               gnpd_log_level_name(level));
 		status = answer_level(request, error);
 	}
 	gnp_values_clear(&values);
@@ -70,10 +74,10 @@ gnp_status gnpd_admin_set_log_level(struct gnpd_request *request, struct gnp_err
 /* In the form of the file, with the level the log has now. No value is a secret: keys and certificates are named by their files. */
 gnp_status gnpd_admin_config(struct gnpd_request *request, struct gnp_error *error)
 {
-	struct gnpd_config now = *request->server->config;
+	struct gnpd_config now = *request->server->engine.config;
 	char *text = NULL;
 	size_t size = 0;
-	now.log_level = atomic_load(&request->server->log.level);
+	now.log_level = atomic_load(&request->server->engine.log->level);
 	FILE *file = open_memstream(&text, &size);
 	if (!file)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "config: no memory");

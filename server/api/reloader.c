@@ -4,8 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "server/access/guard.h"
 #include "server/api/server.h"
+#include "server/base/log.h"
+#include "server/base/metrics.h"
 #include "server/base/notify.h"
+#include "server/base/tls.h"
+#include "server/work/loader.h"
 
 struct gnpd_reloader {
 	struct gnpd_server *server;
@@ -28,25 +33,27 @@ static void report(struct gnpd_server *server, enum gnpd_reloaded what, atomic_u
 {
 	atomic_fetch_add(&counts[fault->status == GNP_OK ? GNPD_RELOAD_OK : GNPD_RELOAD_FAILED], 1);
 	if (fault->status != GNP_OK)
-		gnpd_log_event(&server->log, GNPD_LOG_ERROR, "reload: %s: what is in use stays: %s", gnpd_reloaded_name(what), fault->text);
+		gnpd_log_event(server->engine.log, GNPD_LOG_ERROR, "reload: %s: what is in use stays: %s",
+		               gnpd_reloaded_name(what), fault->text);
 }
 
 static void reload(struct gnpd_server *server, struct gnp_error faults[GNPD_RELOADED])
 {
-	struct gnpd_metrics *metrics = &server->metrics;
+	struct gnpd_metrics *metrics = server->engine.metrics;
 	struct gnp_error *keys = &faults[GNPD_RELOADED_KEYS], *certificate = &faults[GNPD_RELOADED_CERTIFICATE];
 	if (gnpd_guard_on(server->guard)) {
 		if (gnpd_guard_reload(server->guard, keys) == GNP_OK)
-			gnpd_log_event(&server->log, GNPD_LOG_INFO, "reload: %zu names with keys", gnpd_guard_count(server->guard));
+			gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "reload: %zu names with keys",
+			               gnpd_guard_count(server->guard));
 		report(server, GNPD_RELOADED_KEYS, metrics->key_reloads, keys);
 	}
 	if (server->tls) {
 		if (gnpd_tls_reload(server->tls, certificate) == GNP_OK)
-			gnpd_log_event(&server->log, GNPD_LOG_INFO, "reload: certificate");
-		gnpd_tls_warn(server->tls, &server->log);
+			gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "reload: certificate");
+		gnpd_tls_warn(server->tls, server->engine.log);
 		report(server, GNPD_RELOADED_CERTIFICATE, metrics->certificate_reloads, certificate);
 	}
-	gnpd_loader_reload(server->loader, &faults[GNPD_RELOADED_WEIGHTS]);
+	gnpd_loader_reload(server->engine.loader, &faults[GNPD_RELOADED_WEIGHTS]);
 	report(server, GNPD_RELOADED_WEIGHTS, metrics->reloads, &faults[GNPD_RELOADED_WEIGHTS]);
 }
 

@@ -6,9 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/names.h"
 #include "proto/oip/oip.h"
-#include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
 
 /* For the body of an error with its status's own sentence. */
 enum { SPARE_BYTES = 512 };
@@ -26,7 +27,7 @@ struct gnpd_request *gnpd_request_create(struct gnpd_server *server, const char 
 		free(request);
 		return NULL;
 	}
-	gnpd_work_init(&request->work, server, &request->reply);
+	gnpd_work_init(&request->work, &server->engine, &request->reply);
 	return request;
 }
 
@@ -65,6 +66,40 @@ void gnpd_request_set_id(struct gnpd_request *request, const char *id)
 	         (unsigned long long)atomic_fetch_add(&request->server->requests, 1));
 }
 
+static gnp_status unknown_parameter(const char *name, const char *const *known, struct gnp_error *error)
+{
+	struct gnp_names list;
+	gnp_names_begin(&list, name, strlen(name));
+	for (size_t k = 0; known[k]; k++)
+		gnp_names_add(&list, known[k]);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "unknown parameter \"%.60s\", known: %s", name,
+	                     gnp_names_end(&list));
+}
+
+gnp_status gnpd_request_query(const struct gnpd_request *request, const char *const *known, struct gnp_values *values,
+                              struct gnp_error *error)
+{
+	gnp_status status = gnpd_query_parse(request->target.query, values, error);
+	for (size_t i = 0; i < values->count && status == GNP_OK; i++) {
+		const char *name = values->items[i].name;
+		size_t k = 0;
+		while (known[k] && strcmp(name, known[k]) != 0)
+			k++;
+		if (!known[k])
+			status = unknown_parameter(name, known, error);
+	}
+	return status;
+}
+
+gnp_status gnpd_request_no_query(const struct gnpd_request *request, struct gnp_error *error)
+{
+	static const char *const none[] = {NULL};
+	struct gnp_values values = {0};
+	gnp_status status = gnpd_request_query(request, none, &values, error);
+	gnp_values_clear(&values);
+	return status;
+}
+
 void gnpd_reply_header(struct gnpd_request *request, const char *name, const char *format, ...)
 {
 	char value[256];
@@ -85,15 +120,12 @@ void gnpd_reply_error(struct gnpd_request *request, const struct gnp_error *erro
 	request->reply.code = gnp_status_http(status);
 	request->reply.content_type = "application/json";
 	if (gnpd_reply_retries(status))
-		gnpd_reply_header(request, "Retry-After", "%.0f",
-		                  request->retry_after > 0 ? ceil(request->retry_after) : request->server->config->retry_after_seconds);
+		gnpd_reply_header(request, "Retry-After", "%.0f", request->retry_after > 0 ? ceil(request->retry_after)
+		                                                  : request->server->engine.config->retry_after_seconds);
 	if (status == GNP_UNAUTHORIZED)
 		gnpd_reply_header(request, "WWW-Authenticate", "Bearer");
-	if (status == GNP_METHOD_NOT_ALLOWED) {
-		char allowed[64];
-		gnpd_routes_allow(request, allowed, sizeof allowed);
-		gnpd_reply_header(request, "Allow", "%s", allowed);
-	}
+	if (status == GNP_METHOD_NOT_ALLOWED)
+		gnpd_reply_header(request, "Allow", "%s", request->allowed);
 	if (gnp_oip_error_body(status, error->text[0] ? error->text : gnp_status_text(status), request->id, &request->reply.body) == GNP_OK)
 		return;
 	gnp_buffer_clear(&request->reply.body);

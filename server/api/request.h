@@ -51,6 +51,7 @@ struct gnpd_request {
 	const char *version;
 	const char *job_id;             /* the path's {job}; NULL without */
 	enum gnpd_label label;
+	char allowed[64];               /* the methods of the path, where it has not the one that came */
 	char principal[GNPD_PRINCIPAL_MAX + 1]; /* the name of the key it came with; "" without keys */
 	struct gnpd_principal *who;             /* its owner; NULL without */
 	bool entered;                           /* counted among the owner's requests under way */
@@ -93,6 +94,12 @@ void gnpd_request_leave(struct gnpd_request *request);
 
 /* Takes the client's id when it is 1..128 characters of [A-Za-z0-9._:-], else makes one. id may be NULL. */
 void gnpd_request_set_id(struct gnpd_request *request, const char *id);
+
+/* Appends the query's parameters, of which all must be among `known` (NULL-terminated). */
+gnp_status gnpd_request_query(const struct gnpd_request *request, const char *const *known, struct gnp_values *values,
+                              struct gnp_error *error);
+/* There must be none. */
+gnp_status gnpd_request_no_query(const struct gnpd_request *request, struct gnp_error *error);
 
 /* Adds a header to the reply; text is cut at 255 bytes. */
 void gnpd_reply_header(struct gnpd_request *request, const char *name, const char *format, ...)

@@ -4,7 +4,16 @@
 #include <string.h>
 
 #include "core/base/names.h"
-#include "server/api/server.h"
+#include "proto/operation/operations.h"
+#include "server/api/admin.h"
+#include "server/api/job_list.h"
+#include "server/api/job_result.h"
+#include "server/api/job_routes.h"
+#include "server/api/system.h"
+#include "server/api/v1.h"
+#include "server/api/v2.h"
+#include "server/work/codec_file.h"
+#include "server/work/codec_oip.h"
 
 static const struct gnpd_route routes[] = {
 	{"GET", "/v2", gnpd_v2_server, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
@@ -22,12 +31,12 @@ static const struct gnpd_route routes[] = {
 	{"GET", "/v2/models/{model}/versions/{version}/config", gnpd_v2_model_config, GNPD_AT_ONCE, GNPD_LABEL_METADATA, GNPD_SCOPE_INFER},
 	{"POST", "/v2/models/{model}/versions/{version}/infer", gnpd_v2_infer, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
 	{"POST", "/v1/{model}", gnpd_v1_operation, GNPD_ON_RUNNER, GNPD_LABEL_OPERATION, GNPD_SCOPE_INFER},
-	{"POST", "/v1/jobs/{model}", gnpd_jobs_post, GNPD_BY_DISK_QUEUE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
-	{"GET", "/v1/jobs", gnpd_jobs_list_all, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
-	{"GET", "/v1/jobs/{job}", gnpd_jobs_get, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
-	{"DELETE", "/v1/jobs/{job}", gnpd_jobs_remove, GNPD_BY_DISK_QUEUE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
-	{"GET", "/v1/jobs/{job}/events", gnpd_jobs_events, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
-	{"GET", "/v1/jobs/{job}/result", gnpd_jobs_result, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"POST", "/v1/jobs/{model}", gnpd_job_routes_post, GNPD_BY_DISK_QUEUE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs", gnpd_job_list, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}", gnpd_job_routes_get, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"DELETE", "/v1/jobs/{job}", gnpd_job_routes_remove, GNPD_BY_DISK_QUEUE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/events", gnpd_job_routes_events, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
+	{"GET", "/v1/jobs/{job}/result", gnpd_job_result, GNPD_AT_ONCE, GNPD_LABEL_JOBS, GNPD_SCOPE_JOBS},
 	{"GET", "/metrics", gnpd_system_metrics, GNPD_AT_ONCE, GNPD_LABEL_METRICS, GNPD_SCOPE_ADMIN},
 	{"GET", "/openapi.yaml", gnpd_system_openapi, GNPD_AT_ONCE, GNPD_LABEL_OPENAPI, GNPD_SCOPE_NONE},
 	{"OPTIONS", "*", gnpd_system_options, GNPD_AT_ONCE, GNPD_LABEL_OTHER, GNPD_SCOPE_NONE},
@@ -114,7 +123,8 @@ static void add_method(const char *method, char *text, size_t capacity)
 		snprintf(text + size, capacity - size, "%s%s%s", size ? ", " : "", method, strcmp(method, "GET") == 0 ? ", HEAD" : "");
 }
 
-void gnpd_routes_allow(const struct gnpd_request *request, char *text, size_t capacity)
+/* The methods the request's path allows, as an Allow header lists them; "" when there is no such path. */
+static void list_allowed(const struct gnpd_request *request, char *text, size_t capacity)
 {
 	const struct gnpd_route *route;
 	struct captures captures;
@@ -182,9 +192,9 @@ gnp_status gnpd_routes_match(struct gnpd_request *request, struct gnp_error *err
 		request->label = route->label;
 		return resolve_model(request, error);
 	}
-	char allowed[64];
-	gnpd_routes_allow(request, allowed, sizeof allowed);
+	list_allowed(request, request->allowed, sizeof request->allowed);
 	if (path_known)
-		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method, allowed);
+		return gnp_error_set(error, GNP_METHOD_NOT_ALLOWED, "method: got %s, need %s", request->method,
+		                     request->allowed);
 	return gnp_error_set(error, GNP_NOT_FOUND, "path: there is no \"%.100s\"", request->target.path);
 }

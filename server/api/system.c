@@ -1,8 +1,17 @@
-/* Health, metrics and the OpenAPI document: answered in the HTTP thread, whatever the workers do. */
+#include "server/api/system.h"
+
 #include <string.h>
 
+#include "core/base/pool.h"
+#include "proto/operation/prepared_cache.h"
+#include "server/access/guard.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/metrics.h"
+#include "server/base/queue.h"
+#include "server/base/tls.h"
+#include "server/config/config.h"
+#include "server/jobs/jobs.h"
 
 gnp_status gnpd_system_live(struct gnpd_request *request, struct gnp_error *error)
 {
@@ -49,18 +58,19 @@ static gnp_status write_expiry(struct gnpd_tls *tls, struct gnp_buffer *buffer, 
 gnp_status gnpd_system_metrics(struct gnpd_request *request, struct gnp_error *error)
 {
 	const struct gnpd_server *server = request->server;
-	struct gnpd_queue_state state = gnpd_queue_state(server->queue);
-	const struct gnp_prepared_cache_state cache = gnp_prepared_cache_state(server->cache);
+	struct gnpd_queue_state state = gnpd_queue_state(server->engine.queue);
+	const struct gnp_prepared_cache_state cache = gnp_prepared_cache_state(server->engine.cache);
 	struct gnp_buffer *body = &request->reply.body;
 	request->reply.code = 200;
 	request->reply.content_type = "text/plain; version=0.0.4; charset=utf-8";
-	gnp_status status = gnpd_metrics_write(&server->metrics, &state, &cache, gnp_pool_workers(server->pool), body, error);
+	gnp_status status = gnpd_metrics_write(server->engine.metrics, &state, &cache,
+	                                       gnp_pool_workers(server->engine.pool), body, error);
 	if (status == GNP_OK)
 		status = gnpd_guard_write(server->guard, body, error);
 	if (status == GNP_OK)
 		status = gnpd_jobs_metrics_write(server->jobs, body, error);
 	if (status == GNP_OK)
-		status = write_limits(server->config, body, error);
+		status = write_limits(server->engine.config, body, error);
 	return status == GNP_OK ? write_expiry(server->tls, body, error) : status;
 }
 
@@ -79,7 +89,8 @@ gnp_status gnpd_system_openapi(struct gnpd_request *request, struct gnp_error *e
 {
 	const struct gnp_buffer *document = &request->server->openapi;
 	request->reply.code = 200;
-	bool browser = request->work.accept && strstr(request->work.accept, "text/html"); /* would save application/yaml instead of showing it */
+	/* A browser would save application/yaml instead of showing it. */
+	bool browser = request->work.accept && strstr(request->work.accept, "text/html");
 	request->reply.content_type = browser ? "text/plain; charset=utf-8" : "application/yaml";
 	gnpd_reply_header(request, "Vary", "Accept");
 	return gnp_buffer_append(&request->reply.body, document->data, document->size, error);

@@ -11,6 +11,31 @@
 /* Bytes of a line, of what a client sent (of these each may take six as it is escaped), and of a message. */
 enum { LINE = 3584, SENT = 200, MESSAGE = 512 };
 
+static const char *const formats[] = {[GNPD_LOG_TEXT] = "text", [GNPD_LOG_JSON] = "json"};
+static const char *const levels[] = {[GNPD_LOG_ERROR] = "error", [GNPD_LOG_WARNING] = "warning",
+                                     [GNPD_LOG_INFO] = "info", [GNPD_LOG_DEBUG] = "debug"};
+enum { FORMATS = sizeof formats / sizeof formats[0], LEVELS = sizeof levels / sizeof levels[0] };
+
+const char *gnpd_log_format_name(enum gnpd_log_format format)
+{
+	return (unsigned)format < FORMATS ? formats[format] : NULL;
+}
+
+const char *gnpd_log_level_name(enum gnpd_log_level level)
+{
+	return (unsigned)level < LEVELS ? levels[level] : NULL;
+}
+
+bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level)
+{
+	for (int i = 0; i < LEVELS; i++)
+		if (strlen(levels[i]) == length && memcmp(levels[i], name, length) == 0) {
+			*level = (enum gnpd_log_level)i;
+			return true;
+		}
+	return false;
+}
+
 struct line {
 	char text[LINE];
 	size_t size;
@@ -33,7 +58,7 @@ static void put(struct line *line, const char *format, ...)
  * between the quotes of JSON. */
 static void put_escaped(struct line *line, const char *text, size_t most, bool quoted)
 {
-	for (size_t i = 0; text[i] && i < most; i++) {
+	for (size_t i = 0; i < most && text[i]; i++) {
 		unsigned char c = (unsigned char)text[i];
 		if (quoted && (c == '"' || c == '\\'))
 			put(line, "\\%c", c);

@@ -9,7 +9,14 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "server/config/config.h"
+enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
+enum gnpd_log_level { GNPD_LOG_ERROR, GNPD_LOG_WARNING, GNPD_LOG_INFO, GNPD_LOG_DEBUG };
+
+/* Their names: text, json; error, warning, info, debug. NULL past the last. */
+const char *gnpd_log_format_name(enum gnpd_log_format format);
+const char *gnpd_log_level_name(enum gnpd_log_level level);
+/* name: length bytes. False when there is no such level. */
+bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level);
 
 struct gnpd_log {
 	enum gnpd_log_format format;

@@ -4,7 +4,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "server/config/config.h"
+#include "core/base/version.h"
+#include "proto/operation/operations.h"
+#include "proto/tensor/writer.h"
 
 static const int codes[GNPD_METRICS_CODES] = {200, 202, 204, 206, 304, 400, 401, 403, 404, 405, 406, 408,
                                               409, 410, 413, 414, 415, 416, 422, 429, 431, 499, 500, 503, 504, 507};
@@ -107,83 +109,94 @@ void gnpd_metrics_totals(const struct gnpd_metrics *metrics, enum gnpd_label lab
 	*nanoseconds = atomic_load(&metrics->nanoseconds[label]);
 }
 
-static gnp_status write_family(struct gnp_buffer *buffer, const char *name, const char *type, const char *help,
-                               struct gnp_error *error)
+/* ---- Writing ---- */
+
+/* Labels that have a name: there is room for more operations than there are. */
+static unsigned labels_used(void)
 {
-	return gnp_buffer_printf(buffer, error, "# HELP gnpd_%s %s\n# TYPE gnpd_%s %s\n", name, help, name, type);
+	unsigned label = GNPD_LABEL_OPERATION;
+	while (gnp_operation_at(label - GNPD_LABEL_OPERATION))
+		label++;
+	return label;
 }
 
-static gnp_status write_requests(const struct gnpd_metrics *metrics, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_family(struct gnp_writer *w, const char *name, const char *type, const char *help)
 {
-	gnp_status status = write_family(buffer, "requests_total", "counter", "Finished requests.", error);
-	for (unsigned label = 0; label < GNPD_LABELS; label++)
-		for (size_t i = 0; i < GNPD_METRICS_CODES && status == GNP_OK; i++)
-			status = gnp_buffer_printf(buffer, error, "gnpd_requests_total{operation=\"%s\",code=\"%d\"} %llu\n",
-			                           label_name(label), codes[i],
-			                           (unsigned long long)atomic_load(&metrics->requests[label][i]));
-	return status;
+	gnp_writer_printf(w, "# HELP gnpd_%s %s\n# TYPE gnpd_%s %s\n", name, help, name, type);
 }
 
-static gnp_status write_histogram(const struct gnpd_metrics *metrics, unsigned label, struct gnp_buffer *buffer,
-                                  struct gnp_error *error)
+static void put_requests(struct gnp_writer *w, const struct gnpd_metrics *metrics)
+{
+	put_family(w, "requests_total", "counter", "Finished requests.");
+	for (unsigned label = 0; label < labels_used(); label++)
+		for (size_t i = 0; i < GNPD_METRICS_CODES; i++)
+			gnp_writer_printf(w, "gnpd_requests_total{operation=\"%s\",code=\"%d\"} %llu\n", label_name(label), codes[i],
+			                  (unsigned long long)atomic_load(&metrics->requests[label][i]));
+}
+
+static void put_histogram(struct gnp_writer *w, const struct gnpd_metrics *metrics, unsigned label)
 {
 	static const char name[] = "gnpd_request_duration_seconds";
+	const char *operation = label_name(label);
+	double seconds = 1e-9 * (double)atomic_load(&metrics->nanoseconds[label]);
 	unsigned long long below = 0;
-	gnp_status status = GNP_OK;
-	for (size_t i = 0; i < GNPD_METRICS_BUCKETS && status == GNP_OK; i++) {
+	for (size_t i = 0; i < GNPD_METRICS_BUCKETS; i++) {
 		below += atomic_load(&metrics->buckets[label][i]);
-		status = gnp_buffer_printf(buffer, error, "%s_bucket{operation=\"%s\",le=\"%g\"} %llu\n", name,
-		                           label_name(label), bounds[i], below);
+		gnp_writer_printf(w, "%s_bucket{operation=\"%s\",le=\"%g\"} %llu\n", name, operation, bounds[i], below);
 	}
 	below += atomic_load(&metrics->buckets[label][GNPD_METRICS_BUCKETS]);
-	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error,
-		                           "%s_bucket{operation=\"%s\",le=\"+Inf\"} %llu\n%s_sum{operation=\"%s\"} %.9f\n"
-		                           "%s_count{operation=\"%s\"} %llu\n", name, label_name(label), below, name,
-		                           label_name(label), 1e-9 * (double)atomic_load(&metrics->nanoseconds[label]), name,
-		                           label_name(label), below);
-	return status;
+	gnp_writer_printf(w, "%s_bucket{operation=\"%s\",le=\"+Inf\"} %llu\n", name, operation, below);
+	gnp_writer_printf(w, "%s_sum{operation=\"%s\"} %.9f\n", name, operation, seconds);
+	gnp_writer_printf(w, "%s_count{operation=\"%s\"} %llu\n", name, operation, below);
 }
 
-static gnp_status write_durations(const struct gnpd_metrics *metrics, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_durations(struct gnp_writer *w, const struct gnpd_metrics *metrics)
 {
-	gnp_status status = write_family(buffer, "request_duration_seconds", "histogram",
-	                                 "From the request line to the end of the answer.", error);
-	for (unsigned label = 0; label < GNPD_LABELS && status == GNP_OK; label++)
-		status = write_histogram(metrics, label, buffer, error);
-	return status;
+	put_family(w, "request_duration_seconds", "histogram", "From the request line to the end of the answer.");
+	for (unsigned label = 0; label < labels_used(); label++)
+		put_histogram(w, metrics, label);
 }
 
 /* One counter for each name, which is the value of its label. */
-static gnp_status write_reasons(const char *name, const char *help, const char *label, const char *const *names,
-                                const atomic_uint_fast64_t *values, size_t count, struct gnp_buffer *buffer,
-                                struct gnp_error *error)
+struct reasons {
+	const char *name, *help, *label;
+	const char *const *values;
+	const atomic_uint_fast64_t *counts;
+	size_t count;
+};
+
+static void put_reasons(struct gnp_writer *w, const struct reasons *reasons)
 {
-	gnp_status status = write_family(buffer, name, "counter", help, error);
-	for (size_t i = 0; i < count && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_%s{%s=\"%s\"} %llu\n", name, label, names[i],
-		                           (unsigned long long)atomic_load(&values[i]));
-	return status;
+	put_family(w, reasons->name, "counter", reasons->help);
+	for (size_t i = 0; i < reasons->count; i++)
+		gnp_writer_printf(w, "gnpd_%s{%s=\"%s\"} %llu\n", reasons->name, reasons->label, reasons->values[i],
+		                  (unsigned long long)atomic_load(&reasons->counts[i]));
 }
 
-static gnp_status write_stages(const struct gnpd_metrics *metrics, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_all_reasons(struct gnp_writer *w, const struct gnpd_metrics *m)
 {
-	gnp_status status = write_family(buffer, "stage_seconds_total", "counter", "Time spent in each stage of the work.", error);
-	for (int i = 0; i < GNP_STAGE_DONE && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_stage_seconds_total{stage=\"%s\"} %.9f\n",
-		                           gnp_stage_name((enum gnp_stage)i), 1e-9 * (double)atomic_load(&metrics->stages[i]));
-	return status;
+	const struct reasons all[] = {
+		{"rejected_total", "Requests refused by a limit.", "reason", rejects, m->rejected, GNPD_REJECTS},
+		{"cancelled_total", "Requests and jobs whose work was stopped.", "reason", cancels, m->cancelled, GNPD_CANCELS},
+		{"weights_reloads_total", "Loads of weights asked for while running.", "result", reloads, m->reloads, GNPD_RELOADS},
+		{"keys_reloads_total", "Loads of keys asked for while running.", "result", reloads, m->key_reloads, GNPD_RELOADS},
+		{"certificate_reloads_total", "Loads of the certificate asked for while running.", "result", reloads,
+		 m->certificate_reloads, GNPD_RELOADS},
+	};
+	for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+		put_reasons(w, &all[i]);
 }
 
-static gnp_status write_single(const char *name, const char *type, const char *help, double value,
-                               struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_stages(struct gnp_writer *w, const struct gnpd_metrics *metrics)
 {
-	gnp_status status = write_family(buffer, name, type, help, error);
-	return status == GNP_OK ? gnp_buffer_printf(buffer, error, "gnpd_%s %.15g\n", name, value) : status;
+	put_family(w, "stage_seconds_total", "counter", "Time spent in each stage of the work.");
+	for (int i = 0; i < GNP_STAGE_DONE; i++)
+		gnp_writer_printf(w, "gnpd_stage_seconds_total{stage=\"%s\"} %.9f\n", gnp_stage_name((enum gnp_stage)i),
+		                  1e-9 * (double)atomic_load(&metrics->stages[i]));
 }
 
-static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
-                                const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_singles(struct gnp_writer *w, const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
+                        const struct gnp_prepared_cache_state *cache, size_t workers)
 {
 	const struct { const char *name, *type, *help; double value; } singles[] = {
 		{"request_body_bytes_total", "counter", "Bytes of request bodies read.", (double)atomic_load(&metrics->bytes_in)},
@@ -195,47 +208,37 @@ static gnp_status write_singles(const struct gnpd_metrics *metrics, const struct
 		{"queue_requests", "gauge", "Requests that wait for a runner.", (double)state->waiting},
 		{"queue_bytes", "gauge", "Bodies and estimated memory of all requests held.", (double)state->bytes},
 		{"running_requests", "gauge", "Requests that are being computed.", (double)state->running},
-		{"operator_cache_operators", "gauge", "Prepared operators kept.", (double)cache->entries},
-		{"operator_cache_bytes", "gauge", "Bytes of prepared operators kept.", (double)cache->bytes},
-		{"operator_cache_limit_bytes", "gauge", "Most bytes of them.", (double)cache->limit},
-		{"operator_cache_hits_total", "counter", "Requests that found their operator.", (double)cache->hits},
-		{"operator_cache_misses_total", "counter", "Requests that made their operator.", (double)cache->misses},
-		{"operator_cache_evictions_total", "counter", "Operators let go for want of room.", (double)cache->evictions},
+		{"prepared_cache_operators", "gauge", "Prepared operators kept.", (double)cache->entries},
+		{"prepared_cache_bytes", "gauge", "Bytes of prepared operators kept.", (double)cache->bytes},
+		{"prepared_cache_limit_bytes", "gauge", "Most bytes of them.", (double)cache->limit},
+		{"prepared_cache_hits_total", "counter", "Requests that found their operator.", (double)cache->hits},
+		{"prepared_cache_misses_total", "counter", "Requests that made their operator.", (double)cache->misses},
+		{"prepared_cache_evictions_total", "counter", "Operators let go for want of room.", (double)cache->evictions},
+		{"operator_cache_operators", "gauge", "Old name of gnpd_prepared_cache_operators.", (double)cache->entries},
+		{"operator_cache_bytes", "gauge", "Old name of gnpd_prepared_cache_bytes.", (double)cache->bytes},
+		{"operator_cache_limit_bytes", "gauge", "Old name of gnpd_prepared_cache_limit_bytes.", (double)cache->limit},
+		{"operator_cache_hits_total", "counter", "Old name of gnpd_prepared_cache_hits_total.", (double)cache->hits},
+		{"operator_cache_misses_total", "counter", "Old name of gnpd_prepared_cache_misses_total.", (double)cache->misses},
+		{"operator_cache_evictions_total", "counter", "Old name of gnpd_prepared_cache_evictions_total.", (double)cache->evictions},
 		{"workers", "gauge", "Compute threads.", (double)workers},
 		{"start_time_seconds", "gauge", "Start of the process since the epoch.", metrics->started},
 	};
-	gnp_status status = GNP_OK;
-	for (size_t i = 0; i < sizeof singles / sizeof singles[0] && status == GNP_OK; i++)
-		status = write_single(singles[i].name, singles[i].type, singles[i].help, singles[i].value, buffer, error);
-	return status;
+	for (size_t i = 0; i < sizeof singles / sizeof singles[0]; i++) {
+		put_family(w, singles[i].name, singles[i].type, singles[i].help);
+		gnp_writer_printf(w, "gnpd_%s %.15g\n", singles[i].name, singles[i].value);
+	}
 }
 
 gnp_status gnpd_metrics_write(const struct gnpd_metrics *metrics, const struct gnpd_queue_state *state,
                               const struct gnp_prepared_cache_state *cache, size_t workers, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	gnp_status status = write_family(buffer, "build_info", "gauge", "The version and build that run, as labels.", error);
-	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"%s\"} 1\n", metrics->build);
-	if (status == GNP_OK)
-		status = write_requests(metrics, buffer, error);
-	if (status == GNP_OK)
-		status = write_durations(metrics, buffer, error);
-	if (status == GNP_OK)
-		status = write_stages(metrics, buffer, error);
-	if (status == GNP_OK)
-		status = write_reasons("rejected_total", "Requests refused by a limit.", "reason", rejects, metrics->rejected,
-		                       GNPD_REJECTS, buffer, error);
-	if (status == GNP_OK)
-		status = write_reasons("cancelled_total", "Requests and jobs whose work was stopped.", "reason", cancels, metrics->cancelled,
-		                       GNPD_CANCELS, buffer, error);
-	if (status == GNP_OK)
-		status = write_reasons("weights_reloads_total", "Loads of weights asked for while running.", "result", reloads,
-		                       metrics->reloads, GNPD_RELOADS, buffer, error);
-	if (status == GNP_OK)
-		status = write_reasons("keys_reloads_total", "Loads of keys asked for while running.", "result", reloads,
-		                       metrics->key_reloads, GNPD_RELOADS, buffer, error);
-	if (status == GNP_OK)
-		status = write_reasons("certificate_reloads_total", "Loads of the certificate asked for while running.", "result", reloads,
-		                       metrics->certificate_reloads, GNPD_RELOADS, buffer, error);
-	return status == GNP_OK ? write_singles(metrics, state, cache, workers, buffer, error) : status;
+	struct gnp_writer w = gnp_writer_to(buffer, error);
+	put_family(&w, "build_info", "gauge", "The version and build that run, as labels.");
+	gnp_writer_printf(&w, "gnpd_build_info{version=\"" GNP_VERSION "\",build=\"%s\"} 1\n", metrics->build);
+	put_requests(&w, metrics);
+	put_durations(&w, metrics);
+	put_stages(&w, metrics);
+	put_all_reasons(&w, metrics);
+	put_singles(&w, metrics, state, cache, workers);
+	return w.status;
 }

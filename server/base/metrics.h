@@ -10,7 +10,7 @@
 
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
 #include "proto/operation/prepared_cache.h"
 #include "proto/tensor/message.h"
 #include "server/base/queue.h"
@@ -18,7 +18,7 @@
 /* What a request is counted as: one of these, or GNPD_LABEL_OPERATION + i for the i-th operation of the table. */
 enum gnpd_label {
 	GNPD_LABEL_OTHER, GNPD_LABEL_HEALTH, GNPD_LABEL_METRICS, GNPD_LABEL_OPENAPI, GNPD_LABEL_METADATA, GNPD_LABEL_ADMIN, GNPD_LABEL_JOBS,
-	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + GNP_OPERATIONS
+	GNPD_LABEL_OPERATION, GNPD_LABELS = GNPD_LABEL_OPERATION + GNP_OPERATIONS_MAX
 };
 
 enum gnpd_reject {

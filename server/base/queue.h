@@ -34,7 +34,8 @@ gnp_status gnpd_queue_submit(struct gnpd_queue *queue, struct gnpd_queued *job, 
 /* What submit would say now. */
 gnp_status gnpd_queue_check(struct gnpd_queue *queue, struct gnp_error *error);
 
-/* Takes a job that still waits out of the queue, so that its place is free; its run is the caller's then. False when it already runs or ran. */
+/* Takes a job that still waits out of the queue, so that its place is free; its run is the caller's then. False when
+ * it already runs or ran. */
 bool gnpd_queue_remove(struct gnpd_queue *queue, struct gnpd_queued *job);
 
 /* Counts bytes a request that holds `held` of them is about to hold more. GNP_TOO_LARGE when the request alone exceeds the

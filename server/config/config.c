@@ -9,7 +9,6 @@
 
 #include "server/base/listen.h"
 #include "server/config/config_keys.h"
-#include "server/jobs/job_store.h"
 #include "server/parse/site.h"
 
 static char *trim(char *text)
@@ -86,9 +85,22 @@ static bool injected(const char *key)
 	       strncmp(key, "service-", 8) == 0;
 }
 
+/* Two names of a key, of which nobody says which comes last. given: of each key, the variable that it was given by,
+ * or NULL. */
+static gnp_status note_variable(const char *variable, const char *key, const char **given, struct gnp_error *error)
+{
+	const char **before = &given[gnpd_config_key_find(key)];
+	if (*before)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "environment: %s: is given by %.*s too, need it once", key,
+		                     (int)strcspn(*before, "="), *before);
+	*before = variable;
+	return GNP_OK;
+}
+
 static gnp_status read_environment(struct gnpd_config *config, char *const *environment, struct gnp_error *error)
 {
 	static const char prefix[] = "GNPD_";
+	const char *given[GNPD_CONFIG_KEYS_MAX] = {NULL};
 	for (; environment && *environment; environment++) {
 		const char *name = *environment, *equals = strchr(name, '=');
 		char key[64];
@@ -103,6 +115,9 @@ static gnp_status read_environment(struct gnpd_config *config, char *const *envi
 		gnp_status status = gnpd_config_set(config, key, equals + 1, &cause);
 		if (status != GNP_OK)
 			return gnp_error_set(error, status, "environment: %s", cause.text);
+		status = note_variable(*environment, key, given, error);
+		if (status != GNP_OK)
+			return status;
 	}
 	return GNP_OK;
 }
@@ -249,9 +264,7 @@ static gnp_status check_machine(const struct gnpd_config *config, struct gnp_err
 		status = check_allowed_hosts(config->allowed_hosts, error);
 	if (status == GNP_OK)
 		status = check_folder_of("admin-port-file", config->admin_port_file, error);
-	if (status == GNP_OK)
-		status = check_weights_dir(config->weights_dir, error);
-	return status == GNP_OK && *config->jobs_dir ? gnpd_job_store_check(config->jobs_dir, error) : status;
+	return status == GNP_OK ? check_weights_dir(config->weights_dir, error) : status;
 }
 
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,

@@ -12,10 +12,8 @@
 #include "core/base/status.h"
 
 #define GNPD_CONFIG_TEXT 1024
-#define GNPD_VERSION "0.1.0"
 
-enum gnpd_log_format { GNPD_LOG_TEXT, GNPD_LOG_JSON };
-enum gnpd_log_level { GNPD_LOG_ERROR, GNPD_LOG_WARNING, GNPD_LOG_INFO, GNPD_LOG_DEBUG };
+struct gnpd_log;
 
 struct gnpd_config {
 	char listen[GNPD_CONFIG_TEXT];      /* ADDRESS:PORT, [ADDRESS]:PORT or localhost:PORT; port 0: any free one */
@@ -39,7 +37,7 @@ struct gnpd_config {
 	size_t max_points;                  /* of one request */
 	size_t queue_count;                 /* requests that may wait for a runner */
 	size_t queue_bytes;                 /* bodies plus estimated memory of all requests held */
-	size_t operator_cache_bytes;        /* prepared operators kept for later right-hand sides */
+	size_t prepared_cache_bytes;        /* prepared operators kept for later right-hand sides */
 	size_t discard_bytes;               /* of a refused body, read so that the client gets to see the answer */
 	size_t linger_bytes;                /* of a longer one, read after the answer */
 	double linger_seconds;              /* and for how long */
@@ -70,37 +68,41 @@ struct gnpd_config {
 	int log_format;                     /* enum gnpd_log_format */
 	int log_level;                      /* enum gnpd_log_level at the start */
 	bool access_log;
+	const char *old_key;                /* the old name by which a key was given; NULL: none was */
 };
 
 /* What the flags ask for, a set. */
-enum gnpd_config_action { GNPD_CONFIG_RUN = 0, GNPD_CONFIG_HELP = 1, GNPD_CONFIG_VERSION = 2, GNPD_CONFIG_CHECK = 4, GNPD_CONFIG_PRINT = 8 };
+enum gnpd_config_action {
+	GNPD_CONFIG_RUN = 0, GNPD_CONFIG_HELP = 1, GNPD_CONFIG_VERSION = 2, GNPD_CONFIG_CHECK = 4, GNPD_CONFIG_PRINT = 8
+};
 
 void gnpd_config_defaults(struct gnpd_config *config);
 
 /* Sets one field from text. GNP_INVALID_ARGUMENT names the key, the value and the range. */
 gnp_status gnpd_config_set(struct gnpd_config *config, const char *key, const char *text, struct gnp_error *error);
 
-/* Reads `key = value` lines; # begins a comment line. Errors name file and line, of a key given twice both lines. */
+/* Reads `key = value` lines; # begins a comment line. Errors name file and line, of a key given twice, by whatever
+ * name, both lines. */
 gnp_status gnpd_config_read_file(struct gnpd_config *config, const char *path, struct gnp_error *error);
 /* The same of an open stream, which stays the caller's; path stands for it in messages. */
 gnp_status gnpd_config_read_stream(struct gnpd_config *config, FILE *file, const char *path, struct gnp_error *error);
 
 /* Defaults, then the file (--config or GNPD_CONFIG), the environment, the flags; then the checks that involve the
- * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory, jobs_dir and those of the
- * port files can be written to). *actions: a set of enum gnpd_config_action. */
+ * machine (the addresses are loopback, or there are keys, or insecure is set; weights_dir is a readable directory,
+ * those of the port files can be written to; jobs_dir is the store's to check). *actions: a set of enum
+ * gnpd_config_action. */
 gnp_status gnpd_config_load(struct gnpd_config *config, int argc, char *const *argv, char *const *environment,
                             unsigned *actions, struct gnp_error *error);
 
 /* May the server listen at an address that is not loopback? key: the one that named it; address: as text. */
 gnp_status gnpd_config_allows(const struct gnpd_config *config, const char *key, const char *address, struct gnp_error *error);
 
-/* Every numeric key with its value. */
+/* Every numeric key with its value, by its old name too. */
 typedef void (*gnpd_config_visit)(void *context, const char *key, double value);
 void gnpd_config_numbers(const struct gnpd_config *config, gnpd_config_visit visit, void *context);
 
-const char *gnpd_log_level_name(enum gnpd_log_level level);
-/* name: length bytes. False when there is no such level. */
-bool gnpd_log_level_find(const char *name, size_t length, enum gnpd_log_level *level);
+/* Warns of a key that was given by its old name, which the next version does not know any more. */
+void gnpd_config_warn(const struct gnpd_config *config, struct gnpd_log *log);
 
 /* In the form gnpd_config_read_file reads. */
 void gnpd_config_print(const struct gnpd_config *config, FILE *file);

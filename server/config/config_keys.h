@@ -9,7 +9,7 @@
 
 enum { GNPD_CONFIG_KEYS_MAX = 128 };
 
-/* Its index in the table, 0..GNPD_CONFIG_KEYS_MAX - 1; -1 when there is no such key. */
+/* Its index in the table, by its old name too, 0..GNPD_CONFIG_KEYS_MAX - 1; -1 when there is no such key. */
 int gnpd_config_key_find(const char *key);
 /* Is it true or false? */
 bool gnpd_config_key_is_flag(int index);

@@ -13,8 +13,9 @@
 
 struct gnpd_connection;
 struct gnpd_connections;
+struct gnpd_engine;
 struct gnpd_request;
-struct gnpd_server;
+struct gnpd_tls;
 struct gnpd_tls_pair;
 
 enum gnpd_phase {
@@ -27,16 +28,17 @@ enum gnpd_phase {
 	GNPD_PHASE_LINGER   /* has its answer, and sends what is dropped */
 };
 
-/* server must have its config, metrics and queue. */
-gnp_status gnpd_connections_create(struct gnpd_server *server, struct gnpd_connections **out, struct gnp_error *error);
+/* Of the engine configuration and metrics are used. */
+gnp_status gnpd_connections_create(const struct gnpd_engine *engine, struct gnpd_connections **out,
+                                   struct gnp_error *error);
 /* Joins the thread. No connection may be open any more. NULL is allowed. */
 void gnpd_connections_free(struct gnpd_connections *connections);
 
 /* What kind of connection it is. */
 struct gnpd_origin {
-	char remote[64]; /* the client's address; "" for a local socket */
-	bool tls;        /* only the HTTP library may write to it */
-	bool admin;      /* of the admin listener: max-connections-per-address is not about it */
+	char remote[64];      /* the client's address; "" for a local socket */
+	struct gnpd_tls *tls; /* what its session begins with: only the HTTP library may write to it; NULL: it is no TLS */
+	bool admin;           /* of the admin listener: max-connections-per-address is not about it */
 };
 
 /* NULL when memory is exhausted. fd stays the HTTP library's; close must be called before it closes it. One that is over
@@ -50,11 +52,10 @@ void gnpd_connection_enter(struct gnpd_connections *connections, struct gnpd_con
 /* received: bytes of body so far. */
 void gnpd_connection_received(struct gnpd_connections *connections, struct gnpd_connection *connection, size_t received);
 
-struct gnpd_server *gnpd_connection_server(const struct gnpd_connection *connection);
 const char *gnpd_connection_remote(const struct gnpd_connection *connection);
 
-/* Takes over the certificate a TLS connection began with, unless it has one; what it has, borrowed. */
-struct gnpd_tls_pair *gnpd_connection_hold_take(struct gnpd_connection *connection, struct gnpd_tls_pair *pair);
+/* The certificate that a TLS connection began with, which is the one in use when it is first asked for. Borrowed. */
+struct gnpd_tls_pair *gnpd_connection_certificate(struct gnpd_connection *connection);
 
 /* The reason the connection was cut, or GNP_OK. */
 gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, const struct gnpd_connection *connection);
@@ -63,8 +64,8 @@ gnp_status gnpd_connection_cut_reason(struct gnpd_connections *connections, cons
  * HTTP library takes no reply. Only while the library is reading. A TLS connection is only shut down. */
 void gnpd_connection_cut(struct gnpd_connections *connections, struct gnpd_connection *connection, const struct gnp_error *error);
 
-/* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER. False when the connection
- * was cut before or the socket does not take all of it: then it is cut now. */
+/* Writes data, an answer or nothing, straight to the socket, closes the sending side and enters GNPD_PHASE_LINGER.
+ * False when the connection was cut before or the socket does not take all of it: then it is cut now. */
 bool gnpd_connection_half_close(struct gnpd_connections *connections, struct gnpd_connection *connection, const void *data, size_t size);
 
 /* Seconds since the watching thread was last seen at work. */

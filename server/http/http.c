@@ -14,6 +14,10 @@
 #include <unistd.h>
 
 #include "server/api/request.h"
+#include "server/base/log.h"
+#include "server/base/tls.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/http/http_loop.h"
 #include "server/http/http_steps.h"
 
@@ -55,7 +59,7 @@ static void on_connection(void *context, struct MHD_Connection *http, void **slo
 	struct gnpd_server *server = listener->server;
 	if (code == MHD_CONNECTION_NOTIFY_STARTED) {
 		const union MHD_ConnectionInfo *information = MHD_get_connection_info(http, MHD_CONNECTION_INFO_CONNECTION_FD);
-		struct gnpd_origin origin = {.tls = listener->tls, .admin = listener->admin};
+		struct gnpd_origin origin = {.tls = listener->tls ? server->tls : NULL, .admin = listener->admin};
 		format_remote(http, origin.remote, sizeof origin.remote);
 		*slot = information ? gnpd_connection_open(server->connections, information->connect_fd, &origin) : NULL;
 		if (information && !*slot) /* nobody would watch over it */
@@ -78,7 +82,8 @@ static void on_completed(void *context, struct MHD_Connection *http, void **requ
 static void refuse_query(struct gnpd_request *request)
 {
 	struct gnp_error error = {0};
-	gnp_error_set(&error, GNP_INVALID_ARGUMENT, "query: got %zu parameters, need at most %d", gnpd_query_count(request->target.query), GNPD_QUERY_MAX);
+	gnp_error_set(&error, GNP_INVALID_ARGUMENT, "query: got %zu parameters, need at most %d",
+	              gnpd_query_count(request->target.query), GNPD_QUERY_MAX);
 	gnpd_reply_error(request, &error);
 	request->step = GNPD_STEP_SENT;
 	gnpd_http_cut(request, &error);
@@ -140,11 +145,11 @@ static void on_library_message(void *context, const char *format, va_list argume
 	char text[256];
 	if (strncmp(format, no_files, sizeof no_files - 1) == 0)
 		usleep(20000);
-	if (!gnpd_log_wants(&listener->server->log, GNPD_LOG_DEBUG))
+	if (!gnpd_log_wants(listener->server->engine.log, GNPD_LOG_DEBUG))
 		return;
 	vsnprintf(text, sizeof text, format, arguments);
 	text[strcspn(text, "\n")] = '\0';
-	gnpd_log_event(&listener->server->log, GNPD_LOG_DEBUG, "http: %s", text);
+	gnpd_log_event(listener->server->engine.log, GNPD_LOG_DEBUG, "http: %s", text);
 }
 
 /* The library leaves its connection with the session (daemon.c of 0.9.75, as for its own PSK callback). */
@@ -156,8 +161,7 @@ static int on_certificate(gnutls_session_t session, const struct gnutls_cert_ret
 	(void)information;
 	if (!connection)
 		return -1;
-	struct gnpd_tls_pair *pair = gnpd_tls_pair(gnpd_connection_server(connection)->tls);
-	gnpd_tls_pair_contents(gnpd_connection_hold_take(connection, pair), certificates, count, key);
+	gnpd_tls_pair_contents(gnpd_connection_certificate(connection), certificates, count, key);
 	*ocsp = NULL;
 	*ocsp_count = *flags = 0;
 	return 0;
@@ -167,7 +171,7 @@ static int on_certificate(gnutls_session_t session, const struct gnutls_cert_ret
 static struct MHD_Daemon *start_daemon(struct http_thread *thread, int fd, size_t connections)
 {
 	struct gnpd_http *http = thread->http;
-	const struct gnpd_config *config = http->server->config;
+	const struct gnpd_config *config = http->server->engine.config;
 	const unsigned flags = MHD_USE_EPOLL | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
 	struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_PRIORITIES, 0, GNPD_TLS_PRIORITIES},
 	                               {MHD_OPTION_HTTPS_CERT_CALLBACK2, 0, (void *)on_certificate},
@@ -198,7 +202,7 @@ static gnp_status start_thread(struct gnpd_http *http, struct http_thread *threa
 gnp_status gnpd_http_start_take(struct gnpd_server *server, int fd, bool admin, bool tls, bool named, struct gnpd_http **out,
                                 struct gnp_error *error)
 {
-	const struct gnpd_config *config = server->config;
+	const struct gnpd_config *config = server->engine.config;
 	size_t count = admin ? 1 : config->http_threads, connections = admin ? config->admin_connections : config->max_connections;
 	if (count > connections)
 		count = connections;

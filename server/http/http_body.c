@@ -1,9 +1,13 @@
+/* What is done with the body of a request as it comes: it is kept within the limits, or dropped; and answers in its middle. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/api/server.h"
+#include "server/base/tls.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/http/late_reply.h"
 
 /* Refuses in the middle of the body: what was read is dropped, the rest is read and dropped as far as discard_bytes. */
@@ -39,9 +43,9 @@ static gnp_status grow_body(struct gnpd_request *request, size_t size, struct gn
 static gnp_status append_body(struct gnpd_request *request, const char *data, size_t size, struct gnp_error *error)
 {
 	struct gnp_buffer *body = &request->work.body;
-	size_t limit = request->server->config->max_body_bytes;
+	size_t limit = request->server->engine.config->max_body_bytes;
 	if (size > limit - body->size) {
-		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_BODY_LIMIT);
+		gnpd_metrics_reject(request->server->engine.metrics, GNPD_REJECT_BODY_LIMIT);
 		return gnp_error_set(error, GNP_TOO_LARGE, "body: got more than %zu bytes, need at most that (max-body-bytes)", limit);
 	}
 	gnp_status status = size > body->capacity - body->size ? grow_body(request, size, error) : GNP_OK;
@@ -57,7 +61,7 @@ void gnpd_http_cut(struct gnpd_request *request, const struct gnp_error *error)
 {
 	const union MHD_ConnectionInfo *information = MHD_get_connection_info(request->http, MHD_CONNECTION_INFO_GNUTLS_SESSION);
 	struct gnp_buffer answer = {0};
-	double retry_after = request->server->config->retry_after_seconds;
+	double retry_after = request->server->engine.config->retry_after_seconds;
 	if (information && information->tls_session && gnpd_late_reply(error, request->id, retry_after, &answer) == GNP_OK)
 		gnpd_tls_send_last(information->tls_session, answer.data, answer.size);
 	gnp_buffer_clear(&answer);
@@ -95,14 +99,14 @@ enum MHD_Result gnpd_http_body(struct gnpd_request *request, const char *data, s
 	request->received += size;
 	if (request->step == GNPD_STEP_LINGER) {
 		request->lingered += size;
-		return request->lingered <= request->server->config->linger_bytes ? MHD_YES : MHD_NO;
+		return request->lingered <= request->server->engine.config->linger_bytes ? MHD_YES : MHD_NO;
 	}
 	gnpd_connection_received(request->server->connections, request->connection, request->received);
 	if (request->step == GNPD_STEP_BODY && append_body(request, data, size, &error) != GNP_OK)
 		refuse_body(request, &error);
 	else if (request->step == GNPD_STEP_DISCARD)
 		request->discarded += size;
-	if (request->discarded <= request->server->config->discard_bytes)
+	if (request->discarded <= request->server->engine.config->discard_bytes)
 		return MHD_YES;
 	if (request->reply.code == 0) {
 		gnp_error_set(&error, GNP_TOO_LARGE, "body: this path takes none, got %zu bytes", request->received);

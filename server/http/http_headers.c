@@ -1,3 +1,5 @@
+/* What is done once the headers of a request are in: what they say is kept, their framing is checked, and what can be
+ * refused before the body is refused. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>
@@ -7,6 +9,8 @@
 #include "server/api/admit.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/parse/framing.h"
 
 struct header_walk {
@@ -15,51 +19,79 @@ struct header_walk {
 	const char *id;
 };
 
+static void take_encoding(struct header_walk *walk, const char *value)
+{
+	walk->request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
+}
+
+static void take_id(struct header_walk *walk, const char *value)
+{
+	walk->id = value;
+}
+
+static void take_authorization(struct header_walk *walk, const char *value)
+{
+	walk->request->credentials.authorization = value;
+	walk->request->credentials.authorizations++;
+}
+
+static void take_api_key(struct header_walk *walk, const char *value)
+{
+	walk->request->credentials.api_key = value;
+	walk->request->credentials.api_keys++;
+}
+
+static void take_expect(struct header_walk *walk, const char *value)
+{
+	walk->request->expects_continue = strcasecmp(value, "100-continue") == 0;
+}
+
+static void take_length(struct header_walk *walk, const char *value)
+{
+	walk->request->has_length = true;
+	walk->request->content_length = strtoul(value, NULL, 10);
+}
+
+/* Where the value of each header that is heeded goes: to a member of the request, or to a function that makes more
+ * of it. */
+static const struct {
+	const char *name;
+	size_t member; /* a const char * of the request */
+	void (*take)(struct header_walk *walk, const char *value); /* NULL: the value as it is becomes the member */
+} headers[] = {
+	{"Content-Type", offsetof(struct gnpd_request, work.content_type), NULL},
+	{"Content-Encoding", 0, take_encoding},
+	{"Accept", offsetof(struct gnpd_request, work.accept), NULL},
+	{"Inference-Header-Content-Length", offsetof(struct gnpd_request, work.inference_length), NULL},
+	{"Idempotency-Key", offsetof(struct gnpd_request, idempotency_key), NULL},
+	{"Range", offsetof(struct gnpd_request, range), NULL},
+	{"If-Range", offsetof(struct gnpd_request, if_range), NULL},
+	{"If-None-Match", offsetof(struct gnpd_request, if_none_match), NULL},
+	{"Last-Event-ID", offsetof(struct gnpd_request, last_event_id), NULL},
+	{"Host", offsetof(struct gnpd_request, site.host), NULL},
+	{"Origin", offsetof(struct gnpd_request, site.origin), NULL},
+	{"Sec-Fetch-Site", offsetof(struct gnpd_request, site.fetch), NULL},
+	{"X-Request-Id", 0, take_id},
+	{"Authorization", 0, take_authorization},
+	{"X-API-Key", 0, take_api_key},
+	{"Expect", 0, take_expect},
+	{"Content-Length", 0, take_length},
+};
+enum { HEADERS = sizeof headers / sizeof headers[0] };
+
 static enum MHD_Result on_header(void *context, enum MHD_ValueKind kind, const char *name, const char *value)
 {
 	struct header_walk *walk = context;
-	struct gnpd_request *request = walk->request;
 	(void)kind;
 	gnpd_framing_header(&walk->framing, name, value);
-	if (!value)
-		return MHD_YES;
-	if (strcasecmp(name, "Content-Type") == 0)
-		request->work.content_type = value;
-	else if (strcasecmp(name, "Content-Encoding") == 0)
-		request->work.content_encoding = strcasecmp(value, "identity") == 0 ? NULL : value;
-	else if (strcasecmp(name, "Accept") == 0)
-		request->work.accept = value;
-	else if (strcasecmp(name, "Inference-Header-Content-Length") == 0)
-		request->work.inference_length = value;
-	else if (strcasecmp(name, "Idempotency-Key") == 0)
-		request->idempotency_key = value;
-	else if (strcasecmp(name, "Range") == 0)
-		request->range = value;
-	else if (strcasecmp(name, "If-Range") == 0)
-		request->if_range = value;
-	else if (strcasecmp(name, "If-None-Match") == 0)
-		request->if_none_match = value;
-	else if (strcasecmp(name, "Last-Event-ID") == 0)
-		request->last_event_id = value;
-	else if (strcasecmp(name, "Host") == 0)
-		request->site.host = value;
-	else if (strcasecmp(name, "Origin") == 0)
-		request->site.origin = value;
-	else if (strcasecmp(name, "Sec-Fetch-Site") == 0)
-		request->site.fetch = value;
-	else if (strcasecmp(name, "X-Request-Id") == 0)
-		walk->id = value;
-	else if (strcasecmp(name, "Authorization") == 0) {
-		request->credentials.authorization = value;
-		request->credentials.authorizations++;
-	} else if (strcasecmp(name, "X-API-Key") == 0) {
-		request->credentials.api_key = value;
-		request->credentials.api_keys++;
-	} else if (strcasecmp(name, "Expect") == 0)
-		request->expects_continue = strcasecmp(value, "100-continue") == 0;
-	else if (strcasecmp(name, "Content-Length") == 0) {
-		request->has_length = true;
-		request->content_length = strtoul(value, NULL, 10);
+	for (size_t i = 0; i < HEADERS && value; i++) {
+		if (strcasecmp(name, headers[i].name) != 0)
+			continue;
+		if (headers[i].take)
+			headers[i].take(walk, value);
+		else
+			*(const char **)(void *)((char *)walk->request + headers[i].member) = value;
+		break;
 	}
 	return MHD_YES;
 }
@@ -74,10 +106,10 @@ static gnp_status check_site(struct gnpd_request *request, struct gnp_error *err
 {
 	static const char *const harmless[] = {"GET", "HEAD", "OPTIONS"};
 	struct gnpd_server *server = request->server;
-	const char *allowed = server->config->allowed_hosts;
+	const char *allowed = server->engine.config->allowed_hosts;
 	gnp_status status = request->named ? gnpd_site_check_host(&request->site, allowed, error) : GNP_OK;
 	if (status != GNP_OK) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_HOST);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_HOST);
 		return status;
 	}
 	if (gnpd_guard_on(server->guard))
@@ -87,7 +119,7 @@ static gnp_status check_site(struct gnpd_request *request, struct gnp_error *err
 			return GNP_OK;
 	status = gnpd_site_check_origin(&request->site, allowed, error);
 	if (status != GNP_OK)
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_CROSS_SITE);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_CROSS_SITE);
 	return status;
 }
 
@@ -106,20 +138,21 @@ static gnp_status check_body(struct gnpd_request *request, struct gnp_error *err
 {
 	struct gnpd_server *server = request->server;
 	if (atomic_load(&server->draining)) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_DRAINING);
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_DRAINING);
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
 	}
-	if (request->content_length > server->config->max_body_bytes) {
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
+	if (request->content_length > server->engine.config->max_body_bytes) {
+		gnpd_metrics_reject(server->engine.metrics, GNPD_REJECT_BODY_LIMIT);
 		return gnp_error_set(error, GNP_TOO_LARGE, "body: got %zu bytes, need at most %zu (max-body-bytes)", request->content_length,
-		                     server->config->max_body_bytes);
+		                     server->engine.config->max_body_bytes);
 	}
 	gnp_status status = check_body_type(request, error);
 	if (status != GNP_OK)
 		return status;
 	status = gnpd_queue_check(gnpd_http_queue(request), error);
 	if (status != GNP_OK)
-		gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+		gnpd_metrics_reject(server->engine.metrics,
+		                    status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	return status;
 }
 
@@ -150,17 +183,18 @@ enum MHD_Result gnpd_http_headers(struct gnpd_request *request, const char *meth
 {
 	struct header_walk walk = {.request = request};
 	struct gnp_error error = {0};
-	size_t discard = request->server->config->discard_bytes;
+	size_t discard = request->server->engine.config->discard_bytes;
 	strncpy(request->method, method, sizeof request->method - 1);
 	MHD_get_connection_values(request->http, MHD_HEADER_KIND, on_header, &walk);
-	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of the request while that changes. */
+	/* The headers are in: the thread that watches connections, which quotes the id in what it answers, lets go of
+	 * the request while that changes. */
 	gnpd_connection_enter(request->server->connections, request->connection, GNPD_PHASE_HEADERS, NULL);
 	gnpd_request_set_id(request, walk.id);
 	if (request->target.authority)
 		request->site.host = request->target.authority; /* whatever Host says (RFC 9112 3.2.2) */
 	gnpd_framing_size(&walk.framing, strlen(method) + request->uri_size + strlen(version) + strlen("  \r\n"), header_size(request->http));
 	if (gnpd_framing_finish(&walk.framing, version, &error) != GNP_OK) {
-		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
+		gnpd_metrics_reject(request->server->engine.metrics, GNPD_REJECT_FRAMING);
 		request->reply.close = true;
 		gnpd_reply_error(request, &error);
 		return gnpd_http_reply(request);

@@ -1,3 +1,4 @@
+/* How a reply goes out, and the one place that logs, counts and frees a request. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>
@@ -5,6 +6,9 @@
 
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/http/http_stream.h"
 
 static struct MHD_Response *make_response(struct gnpd_request *request)
@@ -86,10 +90,11 @@ static void log_request(const struct gnpd_request *request, double seconds)
 {
 	const struct gnpd_access access = {
 		.id = request->id, .remote = gnpd_connection_remote(request->connection), .method = request->method,
-		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status), .status = request->reply.code,
+		.path = request->target.path, .principal = request->principal, .code_name = gnp_status_name(request->status),
+		.status = request->reply.code,
 		.bytes_in = request->received, .bytes_out = gnpd_reply_size(&request->reply), .points = request->work.call.points,
 		.seconds = seconds, .waited = request->waited};
-	gnpd_log_access(&request->server->log, &access);
+	gnpd_log_access(request->server->engine.log, &access);
 }
 
 static bool is_sent(const struct gnpd_request *request)
@@ -113,7 +118,7 @@ static void settle(struct gnpd_request *request, enum MHD_RequestTerminationCode
 		return;
 	reply->code = library_answered(request);
 	if (reply->code) {
-		gnpd_metrics_reject(&request->server->metrics, GNPD_REJECT_FRAMING);
+		gnpd_metrics_reject(request->server->engine.metrics, GNPD_REJECT_FRAMING);
 		request->status = reply->code == 413 ? GNP_TOO_LARGE : GNP_INVALID_ARGUMENT;
 		return;
 	}
@@ -127,15 +132,15 @@ void gnpd_http_finish(struct gnpd_request *request, enum MHD_RequestTerminationC
 	struct gnpd_server *server = request->server;
 	double seconds = gnp_clock() - request->started;
 	settle(request, end);
-	gnpd_metrics_request(&server->metrics, request->label, request->reply.code, seconds);
-	gnpd_metrics_stages(&server->metrics, &request->work.task);
-	atomic_fetch_add(&server->metrics.bytes_in, request->received);
-	atomic_fetch_add(&server->metrics.bytes_out, gnpd_reply_size(&request->reply));
+	gnpd_metrics_request(server->engine.metrics, request->label, request->reply.code, seconds);
+	gnpd_metrics_stages(server->engine.metrics, &request->work.task);
+	atomic_fetch_add(&server->engine.metrics->bytes_in, request->received);
+	atomic_fetch_add(&server->engine.metrics->bytes_out, gnpd_reply_size(&request->reply));
 	if (request->status == GNP_OK && request->route && request->route->work == GNPD_ON_RUNNER)
-		atomic_fetch_add(&server->metrics.points, request->work.call.points);
+		atomic_fetch_add(&server->engine.metrics->points, request->work.call.points);
 	if (request->who)
 		gnpd_principal_count(request->who, request->reply.code, request->status == GNP_OK ? request->work.call.points : 0);
-	if (server->config->access_log)
+	if (server->engine.config->access_log)
 		log_request(request, seconds);
 	gnpd_connection_enter(server->connections, request->connection, GNPD_PHASE_IDLE, NULL);
 	if (request->active)

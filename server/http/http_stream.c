@@ -3,11 +3,13 @@
 #include <microhttpd.h>
 
 #include "server/api/server.h"
+#include "server/base/container.h"
+#include "server/http/connections.h"
 #include "server/http/http_loop.h"
 
 static struct gnpd_request *request_of(struct gnpd_watch *watch)
 {
-	return (struct gnpd_request *)((char *)watch - offsetof(struct gnpd_request, watch));
+	return GNPD_CONTAINER_OF(watch, struct gnpd_request, watch);
 }
 
 static void suspend(struct gnpd_watch *watch)

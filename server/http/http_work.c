@@ -1,10 +1,19 @@
+/* How a request gets its answer: at once, or by a runner, the disk queue or the end of a job while its connection is
+ * suspended. */
 #include "server/http/http_steps.h"
 
 #include <math.h>
 
+#include "proto/operation/operations.h"
+#include "server/api/job_routes.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/container.h"
+#include "server/config/config.h"
+#include "server/http/connections.h"
 #include "server/http/http_loop.h"
+#include "server/jobs/jobs.h"
+#include "server/work/codec_file.h"
 
 static void run_handler(struct gnpd_request *request, gnpd_handler handler)
 {
@@ -32,7 +41,7 @@ static void resume(struct gnpd_request *request)
 
 struct gnpd_queue *gnpd_http_queue(const struct gnpd_request *request)
 {
-	return request->route->work == GNPD_BY_DISK_QUEUE ? request->server->disk_queue : request->server->queue;
+	return request->route->work == GNPD_BY_DISK_QUEUE ? request->server->disk_queue : request->server->engine.queue;
 }
 
 static bool withdraw_from_queue(struct gnpd_request *request)
@@ -42,7 +51,7 @@ static bool withdraw_from_queue(struct gnpd_request *request)
 
 static void run_queued(struct gnpd_queued *queued)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
+	struct gnpd_request *request = GNPD_CONTAINER_OF(queued, struct gnpd_request, queued);
 	request->waited = gnp_clock() - request->submitted;
 	if (request->route->work == GNPD_ON_RUNNER)
 		gnpd_jobs_keep_company(request->server->jobs);
@@ -72,13 +81,15 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 		work->operation = gnp_operation_find(request->model);
 	work->codec = gnpd_routes_codec(request->route);
 	gnp_task_init(&work->task);
-	gnpd_work_begin(work, server->config->work_seconds, "work-seconds", work->codec == &gnpd_codec_file ? request->target.query : NULL);
+	gnpd_work_begin(work, server->engine.config->work_seconds, "work-seconds",
+	                work->codec == &gnpd_codec_file ? request->target.query : NULL);
 	work->query = request->target.query;
 	suspend(request);
 	gnp_status status = gnpd_queue_submit(gnpd_http_queue(request), &request->queued, &error);
 	if (status == GNP_OK)
 		return MHD_YES;
-	gnpd_metrics_reject(&server->metrics, status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
+	gnpd_metrics_reject(server->engine.metrics,
+	                    status == GNP_DRAINING ? GNPD_REJECT_DRAINING : GNPD_REJECT_QUEUE_COUNT);
 	gnpd_reply_error(request, &error);
 	resume(request);
 	return MHD_YES;
@@ -86,14 +97,14 @@ static enum MHD_Result begin_work(struct gnpd_request *request)
 
 static void run_polled(struct gnpd_queued *queued)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)queued - offsetof(struct gnpd_request, queued));
-	run_handler(request, gnpd_jobs_polled);
+	struct gnpd_request *request = GNPD_CONTAINER_OF(queued, struct gnpd_request, queued);
+	run_handler(request, gnpd_job_routes_polled);
 	resume(request);
 }
 
 static void wake_poll(struct gnpd_watch *watch)
 {
-	struct gnpd_request *request = (struct gnpd_request *)((char *)watch - offsetof(struct gnpd_request, watch));
+	struct gnpd_request *request = GNPD_CONTAINER_OF(watch, struct gnpd_request, watch);
 	run_polled(&request->queued);
 }
 

@@ -6,6 +6,8 @@
 #include <unistd.h>
 
 #include "server/base/listen.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
 
 /* One of the two, while it is made. */
 struct listener {
@@ -50,16 +52,17 @@ static gnp_status open_socket(struct listener *listener, struct gnp_error *error
  * that passes on any name, and a page that has none gets nowhere. Of an address that others reach only the configuration can tell. */
 static bool is_named(const struct gnpd_server *server, const struct listener *listener)
 {
-	if (server->config->allowed_hosts[0])
+	if (server->engine.config->allowed_hosts[0])
 		return true;
-	return listener->loopback && !listener->local && (listener->admin || !server->config->keys_file[0]);
+	return listener->loopback && !listener->local && (listener->admin || !server->engine.config->keys_file[0]);
 }
 
 /* Anybody may use it, pages in the browsers of those who reach it among them. */
 static void warn_of_pages(struct gnpd_server *server, const struct listener *listener)
 {
-	if (!listener->loopback && !server->config->keys_file[0] && !is_named(server, listener))
-		gnpd_log_event(&server->log, GNPD_LOG_WARNING, "%s: is open without keys under any name: a page whose name resolves to it uses it through "
+	if (!listener->loopback && !server->engine.config->keys_file[0] && !is_named(server, listener))
+		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING,
+		               "%s: is open without keys under any name: a page whose name resolves to it uses it through "
 		               "its visitors' browsers (allowed-hosts names those it has)", listener->key);
 }
 
@@ -77,9 +80,10 @@ static gnp_status check_socket(struct gnpd_server *server, struct listener *list
 	listener->local = address.storage.ss_family == AF_UNIX;
 	gnpd_address_format(&address, text);
 	if (!listener->loopback)
-		status = gnpd_config_allows(server->config, listener->key, text, error);
+		status = gnpd_config_allows(server->engine.config, listener->key, text, error);
 	if (status == GNP_OK && !listener->loopback && !server->tls)
-		gnpd_log_event(&server->log, GNPD_LOG_WARNING, "%s: %s can be reached from other machines without TLS: keys and data are sent in "
+		gnpd_log_event(server->engine.log, GNPD_LOG_WARNING,
+		               "%s: %s can be reached from other machines without TLS: keys and data are sent in "
 		               "the clear (tls-certificate)", listener->key, text);
 	if (status == GNP_OK)
 		warn_of_pages(server, listener);
@@ -95,7 +99,8 @@ static gnp_status start(struct gnpd_server *server, struct listener *listener, s
 	if (status != GNP_OK)
 		listener->fd = -1;
 	else
-		gnpd_log_event(&server->log, GNPD_LOG_INFO, "%s: port %u%s", listener->key, listener->port, tls ? ", TLS" : "");
+		gnpd_log_event(server->engine.log, GNPD_LOG_INFO, "%s: port %u%s", listener->key, listener->port,
+		               tls ? ", TLS" : "");
 	return status;
 }
 
@@ -108,7 +113,7 @@ static void close_unstarted(const struct listener *listener, const struct gnpd_h
 gnp_status gnpd_listeners_start_take(struct gnpd_server *server, const struct gnpd_inherited *inherited, struct gnpd_listeners *out,
                                      struct gnp_error *error)
 {
-	const struct gnpd_config *config = server->config;
+	const struct gnpd_config *config = server->engine.config;
 	struct listener main = {"listen", config->listen, "port-file", config->port_file, false, inherited->main, 0, false, false};
 	struct listener admin = {"admin-listen", config->admin_listen, "admin-port-file", config->admin_port_file, true,
 	                         inherited->admin, 0, false, false};

@@ -1,9 +1,11 @@
-/* A job and the table of them, for jobs.c and the files job_table, job_submit, job_recover, job_run and job_clerk alone.
+/* What a job is made of, and the table of all: for the files of this folder alone. Others see a job through
+ * job_view.h and jobs.h.
  *
- * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and never while the disk is
- * waited for. A record changes on disk first and in memory then, by the one that owns the change: the submitter until the job is in
- * the queue, the runner from there to its end, whoever took it out of the queue or claimed it when it was parked, and after its end the
- * holder of `disk`. That its end is asked for, anybody may add who holds `disk`. */
+ * Locks, in the order they are taken: `disk` while records change on disk, `lock` for all that is in memory and
+ * never while the disk is waited for. A record changes on disk first and in memory then, by the one that owns the
+ * change: the submitter until the job is in the queue, the runner from there to its end, whoever took it out of the
+ * queue or claimed it when it was parked, and after its end the holder of `disk`. Whoever holds `disk` may add the
+ * request to cancel. */
 #ifndef GNPD_JOB_H
 #define GNPD_JOB_H
 
@@ -17,7 +19,8 @@
 struct gnpd_job {
 	struct gnpd_queued queued;
 	struct gnpd_jobs *jobs;
-	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change; those of the answer are set once, with its end */
+	struct gnpd_job_record record; /* its strings, id, operation, principal and key never change; those of the
+	                                  answer are set once, with its end */
 	size_t references;
 	size_t bytes[GNPD_JOB_FILES];  /* of its files but the record, as the quota counts them */
 	bool arriving;                 /* not yet on disk: nobody may know of it */
@@ -34,7 +37,8 @@ struct gnpd_job {
 };
 
 struct gnpd_jobs {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
+	struct gnpd_watchers *watchers; /* told of every change; NULL: nobody watches */
 	struct gnpd_job_store store;
 	pthread_mutex_t disk, lock;
 	bool gathering;                 /* a job gathers its memory: two that each hold a part would wait for each other */
@@ -70,7 +74,7 @@ gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error);
 /* Lock held. Brings the progress of a job that runs up to date. */
 void gnpd_job_look_progress(struct gnpd_job *job);
 
-/* To the store alone, with the wish that it end where there is one. */
+/* job_commit.c. To the store alone, with the wish that it end where there is one. */
 gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
 /* Writes the record; on success it is the job's, else the job keeps its old one. */
 gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error);
@@ -104,7 +108,7 @@ void gnpd_job_enqueue(struct gnpd_job *job);
 void gnpd_job_leave(struct gnpd_job *job);
 /* job_run.c: what the queue calls. */
 void gnpd_job_run(struct gnpd_queued *queued);
-/* job_clerk.c */
+/* job_expiry.c: what its thread does until it is told to stop. */
 void *gnpd_job_expiry(void *jobs);
 /* Removes the oldest job that expired and can be removed, if the table is full. */
 void gnpd_job_expiry_make_room(struct gnpd_jobs *jobs);

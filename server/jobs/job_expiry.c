@@ -1,9 +1,12 @@
 /* What time does to jobs: those that run too long are stopped, those that are over are let go. */
 #include <string.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/base/log.h"
+#include "server/base/metrics.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/engine.h"
 
 /* Seconds until a job that could not be let go is tried again, and from one complaint of such to the next. */
 static const double AGAIN = 30, SILENCE = 60;
@@ -15,7 +18,7 @@ static void stop_if_overdue(struct gnpd_jobs *jobs, struct gnpd_work *work)
 		return;
 	gnp_task_stop(&work->task, GNP_DEADLINE);
 	gnpd_jobs_changed(jobs);
-	gnpd_metrics_cancel(&jobs->server->metrics, GNPD_CANCEL_DEADLINE);
+	gnpd_metrics_cancel(jobs->engine->metrics, GNPD_CANCEL_DEADLINE);
 }
 
 /* Lock held. Looks at the jobs that run, also when nobody asks how far they are: their pace is measured from look to look. */
@@ -41,7 +44,7 @@ static struct gnpd_job *take(struct gnpd_job *job, char after[GNPD_JOB_ID + 1])
 /* A reference to the next job after the id whose time has come, or NULL. *remove: its second time. The id becomes that job's. */
 static struct gnpd_job *find_due(struct gnpd_jobs *jobs, char after[GNPD_JOB_ID + 1], bool *remove)
 {
-	int64_t ttl = (int64_t)(jobs->server->config->jobs_ttl_seconds * 1e6), now = gnpd_clock_now();
+	int64_t ttl = (int64_t)(jobs->engine->config->jobs_ttl_seconds * 1e6), now = gnpd_clock_now();
 	struct gnpd_job *due = NULL;
 	pthread_mutex_lock(&jobs->lock);
 	for (size_t i = 0; i < jobs->count && !due && !jobs->stopping; i++) {
@@ -89,7 +92,8 @@ static gnp_status expire(struct gnpd_job *job, struct gnp_error *error)
 	next.state = GNPD_JOB_EXPIRED;
 	gnp_status status = write_expired(job, &next, &cause);
 	if (status != GNP_OK && gnpd_job_remove(job, NULL) == GNP_OK) {
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR,
+		               "job %s: removed, for that it expired could not be written: %s", next.id, cause.text);
 		return GNP_OK;
 	}
 	if (status != GNP_OK)
@@ -106,7 +110,8 @@ static void complain(struct gnpd_jobs *jobs, size_t failed, const struct gnp_err
 	if (now < jobs->silent_until)
 		return;
 	jobs->silent_until = now + SILENCE;
-	gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
+	gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR,
+	               "jobs: %zu that are over could not be let go and are tried again in %.0f s: %s", failed,
 	               AGAIN, error->text);
 }
 
@@ -137,7 +142,7 @@ static struct gnpd_job *find_expired(struct gnpd_jobs *jobs, char after[GNPD_JOB
 {
 	struct gnpd_job *oldest = NULL;
 	pthread_mutex_lock(&jobs->lock);
-	for (size_t i = 0; i < jobs->count && !oldest && jobs->count >= jobs->server->config->jobs_count; i++)
+	for (size_t i = 0; i < jobs->count && !oldest && jobs->count >= jobs->engine->config->jobs_count; i++)
 		if (jobs->items[i]->record.state == GNPD_JOB_EXPIRED && strcmp(jobs->items[i]->record.id, after) > 0)
 			oldest = take(jobs->items[i], after);
 	pthread_mutex_unlock(&jobs->lock);
@@ -177,7 +182,8 @@ static void excuse(struct gnpd_jobs *jobs)
 	struct gnpd_job *job;
 	while ((job = find_running(jobs, after))) {
 		if (gnpd_job_write_again(job, &error) != GNP_OK)
-			gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being parked, which could not be written: %s", after, error.text);
+			gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+			               "job %s is being parked, which could not be written: %s", after, error.text);
 		gnpd_job_release(job);
 	}
 }

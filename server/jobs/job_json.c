@@ -25,8 +25,8 @@ static gnp_status write_progress(const struct gnpd_job_view *view, struct gnp_bu
 	bool expired = state == GNPD_JOB_EXPIRED && *view->record.result_hash; /* and had succeeded */
 	bool succeeded = state == GNPD_JOB_SUCCEEDED || expired, final = gnpd_job_state_is_final(state);
 	if (!progress->stage || succeeded || state == GNPD_JOB_QUEUED)
-		return gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%d,\"stage\":\"%s\",\"step\":0,\"steps\":0,\"eta_seconds\":null}",
-		                         succeeded, final ? "done" : "waiting");
+		return gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%d,\"stage\":\"%s\",\"step\":0,"
+		                         "\"steps\":0,\"eta_seconds\":null}", succeeded, final ? "done" : "waiting");
 	gnp_status status = gnp_buffer_printf(buffer, error, ",\"progress\":{\"fraction\":%.4f,\"stage\":\"%s\",\"step\":%zu,\"steps\":%zu",
 	                                      progress->fraction, progress->stage, progress->step, progress->steps);
 	if (status != GNP_OK)
@@ -45,9 +45,9 @@ static gnp_status write_error(const struct gnpd_job_record *record, struct gnp_b
 
 static gnp_status write_result(const struct gnpd_job_record *record, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	return gnp_buffer_printf(buffer, error,
-	                         ",\"result\":{\"bytes\":%" PRIu64 ",\"content_type\":\"%s\",\"href\":\"/v1/jobs/%s/result\",\"sha256\":\"%s\"}",
-	                         record->result_bytes, record->result_type, record->id, record->result_hash);
+	return gnp_buffer_printf(buffer, error, ",\"result\":{\"bytes\":%" PRIu64 ",\"content_type\":\"%s\","
+	                         "\"href\":\"/v1/jobs/%s/result\",\"sha256\":\"%s\"}", record->result_bytes,
+	                         record->result_type, record->id, record->result_hash);
 }
 
 static gnp_status write_warning(const char *text, size_t length, bool first, struct gnp_buffer *buffer, struct gnp_error *error)

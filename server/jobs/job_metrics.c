@@ -1,45 +1,41 @@
 /* The jobs in Prometheus text form. */
-#include "server/api/server.h"
+#include "proto/tensor/writer.h"
+#include "server/config/config.h"
+#include "server/jobs/job.h"
 #include "server/jobs/job_watch.h"
-#include "server/jobs/jobs.h"
+#include "server/work/engine.h"
 
-static gnp_status family(struct gnp_buffer *buffer, const char *name, const char *type, const char *help, struct gnp_error *error)
+static void put_family(struct gnp_writer *w, const char *name, const char *type, const char *help)
 {
-	return gnp_buffer_printf(buffer, error, "# HELP gnpd_jobs%s %s\n# TYPE gnpd_jobs%s %s\n", name, help, name, type);
+	gnp_writer_printf(w, "# HELP gnpd_jobs%s %s\n# TYPE gnpd_jobs%s %s\n", name, help, name, type);
 }
 
-static gnp_status write_states(const struct gnpd_jobs_counts *counts, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_states(struct gnp_writer *w, const struct gnpd_jobs_counts *counts)
 {
-	gnp_status status = family(buffer, "", "gauge", "Jobs kept, by state.", error);
-	for (int s = 0; s < GNPD_JOB_STATES && status == GNP_OK; s++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_jobs{state=\"%s\"} %zu\n", gnpd_job_state_name((enum gnpd_job_state)s),
-		                           counts->states[s]);
-	if (status == GNP_OK)
-		status = family(buffer, "_ended_total", "counter", "Jobs that came to this end.", error);
-	for (int s = GNPD_JOB_SUCCEEDED; s < GNPD_JOB_STATES && status == GNP_OK; s++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_jobs_ended_total{state=\"%s\"} %llu\n",
-		                           gnpd_job_state_name((enum gnpd_job_state)s), (unsigned long long)counts->ended[s]);
-	return status;
+	put_family(w, "", "gauge", "Jobs kept, by state.");
+	for (int s = 0; s < GNPD_JOB_STATES; s++)
+		gnp_writer_printf(w, "gnpd_jobs{state=\"%s\"} %zu\n", gnpd_job_state_name((enum gnpd_job_state)s), counts->states[s]);
+	put_family(w, "_ended_total", "counter", "Jobs that came to this end.");
+	for (int s = GNPD_JOB_SUCCEEDED; s < GNPD_JOB_STATES; s++)
+		gnp_writer_printf(w, "gnpd_jobs_ended_total{state=\"%s\"} %llu\n", gnpd_job_state_name((enum gnpd_job_state)s),
+		                  (unsigned long long)counts->ended[s]);
 }
 
-static gnp_status write_refused(const struct gnpd_jobs_counts *counts, struct gnp_buffer *buffer, struct gnp_error *error)
+static void put_refused(struct gnp_writer *w, const struct gnpd_jobs_counts *counts)
 {
 	const struct {
 		const char *name;
 		uint64_t value;
 	} reasons[] = {{"count", counts->refused_count}, {"queue", counts->refused_queue}, {"bytes", counts->refused_bytes},
 	               {"disk", counts->refused_disk}, {"memory", counts->refused_memory}};
-	gnp_status status = family(buffer, "_refused_total", "counter", "What found no room in the store of jobs.", error);
-	for (size_t i = 0; i < sizeof reasons / sizeof reasons[0] && status == GNP_OK; i++)
-		status = gnp_buffer_printf(buffer, error, "gnpd_jobs_refused_total{reason=\"%s\"} %llu\n", reasons[i].name,
-		                           (unsigned long long)reasons[i].value);
-	return status;
+	put_family(w, "_refused_total", "counter", "What found no room in the store of jobs.");
+	for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
+		gnp_writer_printf(w, "gnpd_jobs_refused_total{reason=\"%s\"} %llu\n", reasons[i].name, (unsigned long long)reasons[i].value);
 }
 
 gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	struct gnpd_server *server = gnpd_jobs_server(jobs);
-	const struct gnpd_config *config = server->config;
+	const struct gnpd_config *config = jobs->engine->config;
 	struct gnpd_jobs_counts counts;
 	gnpd_jobs_count(jobs, &counts);
 	const struct {
@@ -56,7 +52,7 @@ gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *bu
 		{"_bytes", "gauge", "Bytes of bodies, checkpoints and results kept.", (double)counts.bytes},
 		{"_memory_bytes", "gauge", "Memory held by jobs that run.", (double)counts.memory},
 		{"_memory_bytes_limit", "gauge", "Most memory of them.", (double)gnpd_jobs_memory_most(jobs)},
-		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(server->watchers)},
+		{"_watches", "gauge", "Requests that wait for a job to change.", (double)gnpd_watchers_count(jobs->watchers)},
 		{"_limit", "gauge", "Most jobs kept.", (double)config->jobs_count},
 		{"_bytes_limit", "gauge", "Most bytes of them.", (double)config->jobs_bytes},
 		{"_queue_limit", "gauge", "Most jobs that may wait.", (double)config->jobs_queue_count},
@@ -67,13 +63,12 @@ gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *bu
 		{"_seconds_limit", "gauge", "Most seconds of a run.", config->jobs_seconds},
 		{"_wait_seconds_limit", "gauge", "Most seconds of a long poll.", config->jobs_wait_seconds},
 	};
-	gnp_status status = write_states(&counts, buffer, error);
-	if (status == GNP_OK)
-		status = write_refused(&counts, buffer, error);
-	for (size_t i = 0; i < sizeof singles / sizeof singles[0] && status == GNP_OK; i++) {
-		status = family(buffer, singles[i].name, singles[i].type, singles[i].help, error);
-		if (status == GNP_OK)
-			status = gnp_buffer_printf(buffer, error, "gnpd_jobs%s %.15g\n", singles[i].name, singles[i].value);
+	struct gnp_writer w = gnp_writer_to(buffer, error);
+	put_states(&w, &counts);
+	put_refused(&w, &counts);
+	for (size_t i = 0; i < sizeof singles / sizeof singles[0]; i++) {
+		put_family(&w, singles[i].name, singles[i].type, singles[i].help);
+		gnp_writer_printf(&w, "gnpd_jobs%s %.15g\n", singles[i].name, singles[i].value);
 	}
-	return status;
+	return w.status;
 }

@@ -3,9 +3,12 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/jobs/job_store_scan.h"
+#include "server/work/engine.h"
 
 static size_t file_bytes(struct gnpd_jobs *jobs, const char *id, enum gnpd_job_file file)
 {
@@ -36,8 +39,8 @@ static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 	         "the process died %llu time%s while this job ran%s (jobs-attempts: %zu); the job may be what ends it: make it smaller, or ask "
 	         "the operator before it is submitted again",
 	         (unsigned long long)record->attempts, record->attempts == 1 ? "" : "s",
-	         record->attempts == 1 ? "" : ", at last with no other job beside it", jobs->server->config->jobs_attempts);
-	gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s: failed: %s", record->id, record->error_text);
+	         record->attempts == 1 ? "" : ", at last with no other job beside it", jobs->engine->config->jobs_attempts);
+	gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "job %s: failed: %s", record->id, record->error_text);
 	end(jobs, record, GNPD_JOB_FAILED);
 }
 
@@ -45,7 +48,7 @@ static void give_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record)
 static uint64_t deaths_allowed(const struct gnpd_jobs *jobs, const struct gnpd_job_record *record)
 {
 	enum { COMPANY = 3 };
-	return jobs->server->config->jobs_attempts + (record->company ? COMPANY : 0);
+	return jobs->engine->config->jobs_attempts + (record->company ? COMPANY : 0);
 }
 
 /* Decides what becomes of a job that was not over. */
@@ -87,7 +90,7 @@ static gnp_status take_up(struct gnpd_jobs *jobs, struct gnpd_job_record *record
 gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error)
 {
 	struct gnpd_job_found found = {0};
-	gnp_status status = gnpd_job_store_scan(&jobs->store, &jobs->server->log, &found, error);
+	gnp_status status = gnpd_job_store_scan(&jobs->store, jobs->engine->log, &found, error);
 	if (status != GNP_OK)
 		return status;
 	jobs->counts.damaged = found.damaged;
@@ -101,10 +104,12 @@ gnp_status gnpd_jobs_recover(struct gnpd_jobs *jobs, struct gnp_error *error)
 		gnpd_job_record_clear(&found.records[i]);
 	free(found.records);
 	if (jobs->suspects)
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "jobs-dir: the process before died while %zu jobs ran, which run first and each "
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+		               "jobs-dir: the process before died while %zu jobs ran, which run first and each "
 		               "with no other beside it", jobs->suspects);
 	if (status == GNP_OK && (jobs->count || found.damaged))
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_INFO, "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_INFO,
+		               "jobs-dir: %s holds %zu jobs, %llu of them to be run, and %zu damaged records",
 		               jobs->store.path, jobs->count, (unsigned long long)jobs->counts.recovered, found.damaged);
 	return status;
 }

@@ -1,209 +1,22 @@
 /* A job on its runner: from its files to its answer in a file. */
-#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
-#include "server/api/server.h"
 #include "server/base/clock.h"
-#include "server/jobs/job.h"
-
-/* One run of a job. */
-struct run {
-	struct gnpd_job *job;
-	struct gnpd_jobs *jobs;
-	struct gnpd_work work;
-	struct gnpd_reply reply;
-	struct gnp_checkpoint checkpoint;
-	struct gnp_buffer kept;  /* the checkpoint it begins from */
-	size_t checkpoint_bytes; /* of the file */
-	bool had_checkpoint;     /* when it began */
-	size_t memory;           /* reserved of what jobs may hold */
-};
-
-/* ---- Gathering what it needs ---- */
-
-static uint64_t changes_now(struct gnpd_jobs *jobs)
-{
-	pthread_mutex_lock(&jobs->lock);
-	uint64_t changes = jobs->changes;
-	pthread_mutex_unlock(&jobs->lock);
-	return changes;
-}
-
-static void wait_change(struct gnpd_jobs *jobs, uint64_t seen)
-{
-	pthread_mutex_lock(&jobs->lock);
-	while (jobs->changes == seen)
-		pthread_cond_wait(&jobs->change, &jobs->lock);
-	pthread_mutex_unlock(&jobs->lock);
-}
-
-/* Asks `take` again after every change while the answer is that others hold what is needed. */
-static gnp_status be_patient(struct run *run, gnp_status (*take)(struct run *run, size_t bytes, struct gnp_error *error), size_t bytes,
-                             struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = run->jobs;
-	struct gnp_error cause;
-	gnp_status status;
-	atomic_fetch_add(&jobs->patient, 1); /* before the first look: who releases later sees it */
-	for (;;) {
-		uint64_t seen = changes_now(jobs);
-		cause = (struct gnp_error){0};
-		status = gnp_task_check(&run->work.task, &cause);
-		if (status == GNP_OK)
-			status = take(run, bytes, &cause);
-		if (status != GNP_OVERLOADED)
-			break;
-		wait_change(jobs, seen);
-	}
-	atomic_fetch_sub(&jobs->patient, 1);
-	return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-}
-
-static gnp_status take_turn(struct run *run, size_t none, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = run->jobs;
-	(void)none;
-	pthread_mutex_lock(&jobs->lock);
-	bool taken = !jobs->gathering;
-	jobs->gathering = true;
-	pthread_mutex_unlock(&jobs->lock);
-	return taken ? GNP_OK : gnp_error_set(error, GNP_OVERLOADED, "another job's turn");
-}
-
-static void give_turn(struct gnpd_jobs *jobs)
-{
-	pthread_mutex_lock(&jobs->lock);
-	jobs->gathering = false;
-	gnpd_jobs_changed(jobs);
-	pthread_mutex_unlock(&jobs->lock);
-}
-
-/* Of the share of jobs. */
-static gnp_status reserve_share(struct run *run, size_t bytes, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = run->jobs;
-	size_t most = gnpd_jobs_memory_most(jobs);
-	gnp_status status = GNP_OK;
-	pthread_mutex_lock(&jobs->lock);
-	if (bytes > most || run->memory > most - bytes)
-		status = gnp_error_set(error, GNP_TOO_LARGE, "memory: the job holds %zu bytes and needs %zu more, need at most %zu (jobs-memory-bytes)",
-		                       run->memory, bytes, most);
-	else if (jobs->memory > most - bytes)
-		status = gnp_error_set(error, GNP_OVERLOADED, "other jobs hold the memory");
-	else {
-		jobs->memory += bytes;
-		run->memory += bytes;
-	}
-	pthread_mutex_unlock(&jobs->lock);
-	return status;
-}
-
-static void release_share(struct run *run, size_t bytes)
-{
-	pthread_mutex_lock(&run->jobs->lock);
-	run->jobs->memory -= bytes;
-	run->memory -= bytes;
-	gnpd_jobs_changed(run->jobs);
-	pthread_mutex_unlock(&run->jobs->lock);
-}
-
-/* Of the share and of the queue's bytes. */
-static gnp_status take_bytes(struct run *run, size_t bytes, struct gnp_error *error)
-{
-	gnp_status status = reserve_share(run, bytes, error);
-	if (status != GNP_OK)
-		return status;
-	status = gnpd_queue_reserve(run->jobs->server->queue, run->work.reserved, bytes, error); /* asked again, it is no refusal */
-	if (status == GNP_OK)
-		run->work.reserved += bytes;
-	else
-		release_share(run, bytes);
-	return status;
-}
-
-/* Waits with what it holds: only one job gathers at a time, and those that compute end. */
-static gnp_status reserve(struct run *run, size_t bytes, struct gnp_error *error)
-{
-	return be_patient(run, take_bytes, bytes, error);
-}
-
-/* The budget of its decoding. */
-static gnp_status reserve_decoded(void *context, size_t bytes, struct gnp_error *error)
-{
-	struct run *run = context;
-	gnp_status status = reserve(run, bytes, error);
-	run->work.out_of_bytes = status != GNP_OK;
-	return status;
-}
-
-static void release_decoded(void *context, size_t bytes)
-{
-	struct run *run = context;
-	release_share(run, bytes);
-	gnpd_work_release(&run->work, bytes);
-}
-
-static gnp_status read_body(struct run *run, struct gnp_error *error)
-{
-	const struct gnpd_job_record *record = &run->job->record;
-	gnp_status status = gnpd_job_store_get(&run->jobs->store, record->id, GNPD_JOB_BODY_FILE, record->body_bytes, &run->work.body, error);
-	if (status == GNP_OK && run->work.body.size != record->body_bytes)
-		status = gnp_error_set(error, GNP_STORAGE, "body: got %zu bytes, need %" PRIu64, run->work.body.size, record->body_bytes);
-	return status;
-}
-
-static void read_checkpoint(struct run *run)
-{
-	struct gnpd_job_store *store = &run->jobs->store;
-	if (gnpd_job_store_get(store, run->job->record.id, GNPD_JOB_CHECKPOINT_FILE, run->checkpoint_bytes, &run->kept, NULL) != GNP_OK)
-		return;
-	run->checkpoint.kept = run->kept.data;
-	run->checkpoint.size = run->kept.size;
-	pthread_mutex_lock(&run->jobs->lock);
-	run->jobs->counts.resumed++;
-	pthread_mutex_unlock(&run->jobs->lock);
-}
-
-/* Memory for a checkpoint was not asked for when the job was taken: where it does not fit beside the rest, the job begins anew. */
-static gnp_status take_checkpoint(struct run *run, struct gnp_error *error)
-{
-	struct gnp_error cause = {0};
-	if (!run->checkpoint_bytes)
-		return GNP_OK;
-	gnp_status status = reserve(run, run->checkpoint_bytes, &cause);
-	if (status == GNP_OK)
-		read_checkpoint(run);
-	if (status != GNP_TOO_LARGE)
-		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", cause.text);
-	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: begins anew without its checkpoint: %s", run->job->record.id,
-	               cause.text);
-	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
-	run->checkpoint_bytes = 0;
-	return GNP_OK;
-}
-
-/* Holds nothing while it waits for its turn; once it has all, others have theirs. */
-static gnp_status gather(struct run *run, struct gnp_error *error)
-{
-	gnp_status status = be_patient(run, take_turn, 0, error);
-	if (status != GNP_OK)
-		return status;
-	status = reserve(run, run->job->record.body_bytes, error);
-	if (status == GNP_OK)
-		status = read_body(run, error);
-	if (status == GNP_OK)
-		status = gnpd_work_check(&run->work, error);
-	if (status == GNP_OK)
-		status = reserve(run, run->work.call.memory, error);
-	if (status == GNP_OK)
-		status = take_checkpoint(run, error);
-	give_turn(run->jobs);
-	return status;
-}
+#include "server/base/container.h"
+#include "server/base/log.h"
+#include "server/base/metrics.h"
+#include "server/base/queue.h"
+#include "server/config/config.h"
+#include "server/jobs/job_gather.h"
+#include "server/jobs/jobs.h"
+#include "server/work/codec_file.h"
+#include "server/work/codec_oip.h"
+#include "server/work/engine.h"
 
 /* ---- Checkpoints ---- */
 
@@ -217,7 +30,7 @@ static size_t sum(const struct gnp_piece *pieces, size_t count)
 
 /* A run that got further than those a process died in has paid for them. Where others are suspected it makes way for them, so that they
  * have no other beside them either. */
-static void prove(struct run *run)
+static void prove(struct gnpd_run *run)
 {
 	struct gnpd_job *job = run->job;
 	struct gnpd_jobs *jobs = run->jobs;
@@ -238,7 +51,7 @@ static void prove(struct run *run)
 /* While the new one is written the old one is there as well, but the quota counts one. */
 static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces, size_t count, struct gnp_error *error)
 {
-	struct run *run = context;
+	struct gnpd_run *run = context;
 	size_t size = sum(pieces, count);
 	struct gnp_error cause = {0};
 	gnp_status status = gnpd_job_account(run->job, GNPD_JOB_CHECKPOINT_FILE, size, &cause);
@@ -256,19 +69,20 @@ static gnp_status save_checkpoint(void *context, const struct gnp_piece *pieces,
 		prove(run);
 		return GNP_OK;
 	}
-	gnpd_log_event(&run->jobs->server->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id, cause.text);
+	gnpd_log_event(run->jobs->engine->log, GNPD_LOG_WARNING, "job %s: no checkpoint: %s", run->job->record.id,
+	               cause.text);
 	return gnp_error_set(error, status, "%s", cause.text);
 }
 
 /* ---- Beginning ---- */
 
-static void set_work(struct run *run)
+static void set_work(struct gnpd_run *run)
 {
 	const struct gnpd_job_record *record = &run->job->record;
 	struct gnpd_work *work = &run->work;
-	const struct gnpd_config *config = run->jobs->server->config;
-	gnpd_work_init(work, run->jobs->server, &run->reply);
-	work->budget = (struct gnp_budget){reserve_decoded, release_decoded, run};
+	const struct gnpd_config *config = run->jobs->engine->config;
+	gnpd_work_init(work, run->jobs->engine, &run->reply);
+	gnpd_job_gather_budget(run);
 	work->codec = strcmp(record->codec, gnpd_codec_oip.name) == 0 ? &gnpd_codec_oip : &gnpd_codec_file;
 	work->operation = gnp_operation_find(record->operation);
 	work->query = record->query;
@@ -282,7 +96,7 @@ static void set_work(struct run *run)
 }
 
 /* From here on the job can be stopped; what was asked for before holds. */
-static void show_work(struct run *run)
+static void show_work(struct gnpd_run *run)
 {
 	struct gnpd_job *job = run->job;
 	pthread_mutex_lock(&run->jobs->lock);
@@ -296,14 +110,14 @@ static void show_work(struct run *run)
 	pthread_mutex_unlock(&run->jobs->lock);
 }
 
-static void hide_work(struct run *run)
+static void hide_work(struct gnpd_run *run)
 {
 	pthread_mutex_lock(&run->jobs->lock);
 	run->job->work = NULL;
 	pthread_mutex_unlock(&run->jobs->lock);
 }
 
-static gnp_status begin(struct run *run, struct gnp_error *error)
+static gnp_status begin(struct gnpd_run *run, struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	size_t size = 0;
@@ -322,7 +136,7 @@ static gnp_status begin(struct run *run, struct gnp_error *error)
 /* ---- Ending ---- */
 
 /* Every end is committed after its files are there and before those it no longer needs go. */
-static void clean(struct run *run)
+static void clean(struct gnpd_run *run)
 {
 	gnpd_job_let_go(run->job, GNPD_JOB_BODY_FILE, NULL);
 	gnpd_job_let_go(run->job, GNPD_JOB_CHECKPOINT_FILE, NULL);
@@ -346,7 +160,7 @@ static void hash_pieces(const struct gnp_piece *pieces, size_t count, const void
 }
 
 /* What the answer says of itself; the strings become the record's with it. */
-static gnp_status keep_report(const struct run *run, struct gnpd_job_record *next, struct gnp_error *error)
+static gnp_status keep_report(const struct gnpd_run *run, struct gnpd_job_record *next, struct gnp_error *error)
 {
 	const char *warnings = gnp_warnings_of(&run->work.response.parameters);
 	const struct gnp_buffer *parameters = &run->reply.parameters;
@@ -364,7 +178,7 @@ static void drop_report(struct gnpd_job_record *next)
 }
 
 /* Writes the answer's body; next: receives what the record says of it. */
-static gnp_status store_result(struct run *run, struct gnpd_job_record *next, struct gnp_error *error)
+static gnp_status store_result(struct gnpd_run *run, struct gnpd_job_record *next, struct gnp_error *error)
 {
 	const struct gnpd_reply *reply = &run->reply;
 	size_t count = reply->tail_count + 1;
@@ -398,7 +212,7 @@ done:
 	return status;
 }
 
-static gnp_status succeed(struct run *run, struct gnp_error *error)
+static gnp_status succeed(struct gnpd_run *run, struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	gnp_status status = keep_report(run, &next, error);
@@ -421,7 +235,7 @@ static gnp_status succeed(struct run *run, struct gnp_error *error)
 
 /* Where even that it failed cannot be written the body stays, for a later process to try again; what was cancelled is not tried again, so
  * that its body may make room for the record. */
-static void fail(struct run *run, gnp_status status, const struct gnp_error *error)
+static void fail(struct gnpd_run *run, gnp_status status, const struct gnp_error *error)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	next.finished = gnpd_clock_now();
@@ -440,7 +254,7 @@ static void fail(struct run *run, gnp_status status, const struct gnp_error *err
 }
 
 /* As if this run had never been, but for its checkpoint: for the next process, or for when those it made way for are over. */
-static void park(struct run *run)
+static void park(struct gnpd_run *run)
 {
 	struct gnpd_job_record next = gnpd_job_record_now(run->job);
 	next.state = GNPD_JOB_QUEUED;
@@ -449,9 +263,9 @@ static void park(struct run *run)
 	gnpd_job_commit_anyway(run->job, &next);
 }
 
-static void end(struct run *run, gnp_status status, struct gnp_error *error)
+static void end(struct gnpd_run *run, gnp_status status, struct gnp_error *error)
 {
-	struct gnpd_server *server = run->jobs->server;
+	const struct gnpd_engine *engine = run->jobs->engine;
 	if (status == GNP_OK)
 		status = succeed(run, error);
 	if (status == GNP_OK)
@@ -460,11 +274,12 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 		park(run);
 	else
 		fail(run, status, error);
-	gnpd_metrics_stages(&server->metrics, &run->work.task);
+	gnpd_metrics_stages(engine->metrics, &run->work.task);
 	if (status == GNP_OK)
-		atomic_fetch_add(&server->metrics.points, run->work.call.points);
+		atomic_fetch_add(&engine->metrics->points, run->work.call.points);
 	enum gnpd_job_state state = gnpd_job_record_now(run->job).state;
-	gnpd_log_event(&server->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id, run->job->record.operation,
+	gnpd_log_event(engine->log, GNPD_LOG_INFO, "job %s: %s %s in %.3f s%s%s", run->job->record.id,
+	               run->job->record.operation,
 	               state == GNPD_JOB_QUEUED ? "parked" : gnpd_job_state_name(state), gnp_clock() - run->work.begun,
 	               *error->text ? ": " : "", error->text);
 }
@@ -473,7 +288,7 @@ static void end(struct run *run, gnp_status status, struct gnp_error *error)
 
 static void run_job(struct gnpd_job *job)
 {
-	struct run run = {.job = job, .jobs = job->jobs};
+	struct gnpd_run run = {.job = job, .jobs = job->jobs};
 	struct gnp_error error = {0};
 	gnp_status status = begin(&run, &error);
 	set_work(&run);
@@ -481,7 +296,7 @@ static void run_job(struct gnpd_job *job)
 		status = gnp_error_set(&error, GNP_NOT_FOUND, "operation: there is no \"%s\" any more", job->record.operation);
 	if (status == GNP_OK) {
 		show_work(&run);
-		status = gather(&run, &error);
+		status = gnpd_job_gather(&run, &error);
 	}
 	if (status == GNP_OK)
 		status = gnpd_work_finish(&run.work, &error);
@@ -490,7 +305,7 @@ static void run_job(struct gnpd_job *job)
 	hide_work(&run);
 	end(&run, status, &error);
 	gnpd_work_clear(&run.work);
-	release_share(&run, run.memory);
+	gnpd_job_gather_release(&run);
 	gnpd_reply_clear(&run.reply);
 	gnp_buffer_clear(&run.kept);
 	if (status == GNP_DRAINING)
@@ -523,14 +338,14 @@ static bool take_place(struct gnpd_job *job)
 		atomic_store(&jobs->has_alone, true);
 	}
 	pthread_mutex_unlock(&jobs->lock);
-	if (alone && gnpd_queue_state(jobs->server->queue).running > 0)
+	if (alone && gnpd_queue_state(jobs->engine->queue).running > 0)
 		gnpd_jobs_keep_company(jobs);
 	return wanted;
 }
 
 void gnpd_job_run(struct gnpd_queued *queued)
 {
-	struct gnpd_job *job = (struct gnpd_job *)((char *)queued - offsetof(struct gnpd_job, queued));
+	struct gnpd_job *job = GNPD_CONTAINER_OF(queued, struct gnpd_job, queued);
 	if (take_place(job))
 		run_job(job);
 	else

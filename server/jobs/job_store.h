@@ -4,8 +4,12 @@
 #ifndef GNPD_JOB_STORE_H
 #define GNPD_JOB_STORE_H
 
+#include <dirent.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "core/base/status.h"
 #include "server/base/disk.h"
-#include "server/base/log.h"
 #include "server/jobs/job_record.h"
 
 struct gnpd_job_store {
@@ -22,21 +26,6 @@ gnp_status gnpd_job_store_open(const char *path, struct gnpd_job_store *store, s
 /* Removes a temporary folder with all that is in it. A zeroed store is allowed. */
 void gnpd_job_store_close(struct gnpd_job_store *store);
 
-/* Whether gnpd_job_store_open would take the path and gnpd_job_store_scan what it holds: reads all they would, without the lock, which a
- * daemon may have, and changes nothing. */
-gnp_status gnpd_job_store_check(const char *path, struct gnp_error *error);
-
-struct gnpd_job_found {
-	struct gnpd_job_record *records; /* (count), by id; owned by the caller */
-	size_t count;
-	size_t damaged; /* records set aside */
-};
-
-/* What the folder holds after a run that may have ended anywhere: removes files half written and files without a record, sets damaged
- * records aside with what belongs to them, logs both. A record whose body or result is not there whole becomes a failed one, on disk
- * too where that can be written. What cannot be read may be whole: GNP_STORAGE or GNP_IO naming it, and nothing is changed. */
-gnp_status gnpd_job_store_scan(struct gnpd_job_store *store, struct gnpd_log *log, struct gnpd_job_found *found, struct gnp_error *error);
-
 gnp_status gnpd_job_store_put_record(struct gnpd_job_store *store, const struct gnpd_job_record *record, struct gnp_error *error);
 gnp_status gnpd_job_store_put(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, const struct gnp_piece *pieces,
                               size_t count, struct gnp_error *error);
@@ -45,5 +34,18 @@ gnp_status gnpd_job_store_get(struct gnpd_job_store *store, const char *id, enum
 /* gnpd_disk_open. */
 int gnpd_job_store_open_file(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, size_t *size);
 gnp_status gnpd_job_store_remove(struct gnpd_job_store *store, const char *id, enum gnpd_job_file file, struct gnp_error *error);
+
+/* For job_store_scan.c: the names of files, and the folder as such. */
+#define GNPD_JOB_LOCK "lock"
+enum { GNPD_JOB_FILE_NAME = GNPD_JOB_ID + 32 };
+void gnpd_job_store_name(const char *id, enum gnpd_job_file file, char name[GNPD_JOB_FILE_NAME]);
+/* The id and kind of a name; false when it is not that of a file of a job. */
+bool gnpd_job_store_parse_name(const char *name, char id[GNPD_JOB_ID + 1], enum gnpd_job_file *file);
+/* GNP_IO: jobs-dir, the path and what errno says. */
+gnp_status gnpd_job_store_fault(const char *path, int number, struct gnp_error *error);
+/* Whether the path is a folder that can be read and written to. */
+gnp_status gnpd_job_store_check_folder(const char *path, struct gnp_error *error);
+/* Another stream over the folder's names, or NULL and errno. */
+DIR *gnpd_job_store_list(int folder);
 
 #endif

@@ -1,12 +1,16 @@
+/* Submitting: a checked call becomes a job on disk and in the queue, unless one with its key is there or there is no
+ * room. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
+#include "server/work/codec.h"
+#include "server/work/engine.h"
 
 /* Lock held. Ids sort by age, also when the clock was set back. */
 static gnp_status make_id(struct gnpd_jobs *jobs, struct gnpd_job_record *record, struct gnp_error *error)
@@ -83,8 +87,8 @@ static gnp_status check_same(const struct gnpd_job *old, const struct gnpd_job *
 	const char *key = job->record.key;
 	if (strcmp(old->record.fingerprint, job->record.fingerprint) != 0)
 		return gnp_error_set(error, GNP_CONFLICT,
-		                     "Idempotency-Key: \"%s\" is that of job %s, which was asked for something else (operation, query, headers or body)",
-		                     key, old->arriving ? "to be" : old->record.id);
+		                     "Idempotency-Key: \"%s\" is that of job %s, which was asked for something else "
+		                     "(operation, query, headers or body)", key, old->arriving ? "to be" : old->record.id);
 	if (old->arriving)
 		return gnp_error_set(error, GNP_IN_PROGRESS, "Idempotency-Key: a request with \"%s\" is being taken, try again", key);
 	return GNP_OK;
@@ -94,20 +98,22 @@ static gnp_status check_same(const struct gnpd_job *old, const struct gnpd_job *
 static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *work, struct gnp_error *error)
 {
 	size_t bytes = work->body.size, memory = gnpd_jobs_memory_most(jobs);
-	const struct gnpd_config *config = jobs->server->config;
+	const struct gnpd_config *config = jobs->engine->config;
 	size_t waiting = 0;
 	if (jobs->parking)
 		return gnp_error_set(error, GNP_DRAINING, "%s", gnp_status_text(GNP_DRAINING));
 	if (work->peak > memory || work->call.memory > memory || work->reserved > memory - work->call.memory) {
 		jobs->counts.refused_memory++;
-		return gnp_error_set(error, GNP_TOO_LARGE, "memory: the job held %zu bytes to be decoded, holds %zu and needs %zu more, need at most "
+		return gnp_error_set(error, GNP_TOO_LARGE,
+		                     "memory: the job held %zu bytes to be decoded, holds %zu and needs %zu more, need at most "
 		                     "%zu at any time (jobs-memory-bytes, queue-bytes)", work->peak, work->reserved, work->call.memory, memory);
 	}
 	for (size_t i = 0; i < jobs->count; i++)
 		waiting += jobs->items[i]->record.state == GNPD_JOB_QUEUED;
 	if (waiting >= config->jobs_queue_count) {
 		jobs->counts.refused_queue++;
-		return gnp_error_set(error, GNP_OVERLOADED, "jobs: %zu wait, at most %zu may (jobs-queue-count)", waiting, config->jobs_queue_count);
+		return gnp_error_set(error, GNP_OVERLOADED, "jobs: %zu wait, at most %zu may (jobs-queue-count)", waiting,
+		                     config->jobs_queue_count);
 	}
 	if (jobs->count >= config->jobs_count) {
 		jobs->counts.refused_count++;
@@ -117,8 +123,8 @@ static gnp_status check_room(struct gnpd_jobs *jobs, const struct gnpd_work *wor
 	if (jobs->bytes > config->jobs_bytes || bytes > config->jobs_bytes - jobs->bytes) {
 		jobs->counts.refused_bytes++;
 		return gnp_error_set(error, GNP_NO_SPACE,
-		                     "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held (jobs-bytes); DELETE those that are over",
-		                     jobs->bytes, bytes, config->jobs_bytes);
+		                     "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held "
+		                     "(jobs-bytes); DELETE those that are over", jobs->bytes, bytes, config->jobs_bytes);
 	}
 	return GNP_OK;
 }

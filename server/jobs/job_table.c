@@ -1,3 +1,4 @@
+/* The table of jobs, sorted by id: taking in and out, finding, listing, references and how a job looks. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

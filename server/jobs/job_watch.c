@@ -5,15 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/config/config.h"
 #include "server/jobs/job_json.h"
 
 /* Seconds between two reports of progress. */
 static const double BETWEEN = 0.5;
 
 struct gnpd_watchers {
-	struct gnpd_server *server;
+	const struct gnpd_config *config;
 	pthread_mutex_t lock;
 	pthread_cond_t wake;
 	struct gnpd_watch *first; /* polls that wait, streams that are suspended */
@@ -89,7 +89,7 @@ static void compose(struct gnpd_watchers *watchers, struct gnpd_watch *watch)
 		watch->progressed = now;
 		watch->fraction = view.progress.fraction;
 		tell(watch, &view, "progress");
-	} else if (now - watch->told >= watchers->server->config->jobs_heartbeat_seconds) {
+	} else if (now - watch->told >= watchers->config->jobs_heartbeat_seconds) {
 		watch->told = now;
 		if (gnp_buffer_printf(&watch->text, NULL, ": heartbeat\n\n") != GNP_OK)
 			watch->over = true;
@@ -213,14 +213,14 @@ static void *watch_main(void *argument)
 
 /* ---- Life ---- */
 
-gnp_status gnpd_watchers_create(struct gnpd_server *server, struct gnpd_watchers **out, struct gnp_error *error)
+gnp_status gnpd_watchers_create(const struct gnpd_config *config, struct gnpd_watchers **out, struct gnp_error *error)
 {
 	struct gnpd_watchers *watchers = calloc(1, sizeof *watchers);
 	if (!watchers)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "watchers: no memory");
 	gnpd_clock_init(&watchers->wake);
 	pthread_mutex_init(&watchers->lock, NULL);
-	watchers->server = server;
+	watchers->config = config;
 	if (pthread_create(&watchers->thread, NULL, watch_main, watchers) != 0) {
 		pthread_cond_destroy(&watchers->wake);
 		pthread_mutex_destroy(&watchers->lock);
@@ -266,7 +266,7 @@ void gnpd_watchers_notify(struct gnpd_watchers *watchers)
 gnp_status gnpd_watch_init(struct gnpd_watchers *watchers, struct gnpd_watch *watch, enum gnpd_watch_kind kind, struct gnpd_job *job,
                            struct gnp_error *error)
 {
-	size_t most = watchers->server->config->jobs_watch_count;
+	size_t most = watchers->config->jobs_watch_count;
 	pthread_mutex_lock(&watchers->lock);
 	bool room = watchers->count < most;
 	watchers->count += room;

@@ -9,9 +9,9 @@
 #include "core/base/status.h"
 #include "proto/tensor/message.h"
 
+struct gnpd_config;
 struct gnpd_job;
 struct gnpd_job_view;
-struct gnpd_server;
 struct gnpd_watchers;
 
 enum gnpd_watch_kind { GNPD_WATCH_NONE, GNPD_WATCH_POLL, GNPD_WATCH_STREAM };
@@ -36,7 +36,7 @@ struct gnpd_watch {
 	double told, progressed, fraction; /* when anything was last told, when progress was, and how much */
 };
 
-gnp_status gnpd_watchers_create(struct gnpd_server *server, struct gnpd_watchers **out, struct gnp_error *error);
+gnp_status gnpd_watchers_create(const struct gnpd_config *config, struct gnpd_watchers **out, struct gnp_error *error);
 /* Ends what waits, for good, then joins the thread. NULL is allowed. */
 void gnpd_watchers_end(struct gnpd_watchers *watchers);
 void gnpd_watchers_free(struct gnpd_watchers *watchers);

@@ -4,130 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "server/api/server.h"
 #include "server/base/clock.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
-
-/* ---- Records ---- */
-
-struct gnpd_job_record gnpd_job_record_now(struct gnpd_job *job)
-{
-	pthread_mutex_lock(&job->jobs->lock);
-	struct gnpd_job_record copy = job->record;
-	pthread_mutex_unlock(&job->jobs->lock);
-	return copy;
-}
-
-void gnpd_job_publish(struct gnpd_job *job, const struct gnpd_job_record *next)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	pthread_mutex_lock(&jobs->lock);
-	if (gnpd_job_state_is_final(next->state) && next->state != job->record.state)
-		jobs->counts.ended[next->state]++;
-	if (gnpd_job_state_is_final(next->state))
-		gnpd_job_trust(job);
-	job->record = *next;
-	job->version++;
-	pthread_mutex_unlock(&jobs->lock);
-	gnpd_watchers_notify(jobs->server->watchers);
-}
-
-/* disk is held. What becomes of a run once the process was told to end is not its fault: it is no attempt. */
-static gnp_status put(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	struct gnpd_job_record record = *next;
-	pthread_mutex_lock(&jobs->lock);
-	record.cancelled = job->cancelled && !gnpd_job_state_is_final(next->state);
-	record.company = job->company && next->state == GNPD_JOB_RUNNING;
-	record.attempts -= jobs->parking && next->state == GNPD_JOB_RUNNING;
-	pthread_mutex_unlock(&jobs->lock);
-	return gnpd_job_store_put_record(&jobs->store, &record, error);
-}
-
-gnp_status gnpd_job_put_record(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	pthread_mutex_lock(&jobs->disk);
-	gnp_status status = put(job, next, error);
-	pthread_mutex_unlock(&jobs->disk);
-	return status;
-}
-
-gnp_status gnpd_job_write_again(struct gnpd_job *job, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	gnp_status status = GNP_OK;
-	pthread_mutex_lock(&jobs->disk);
-	struct gnpd_job_record record = gnpd_job_record_now(job);
-	if (!gnpd_job_state_is_final(record.state) && !job->removed)
-		status = put(job, &record, error);
-	pthread_mutex_unlock(&jobs->disk);
-	return status;
-}
-
-gnp_status gnpd_job_commit(struct gnpd_job *job, const struct gnpd_job_record *next, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	pthread_mutex_lock(&jobs->disk);
-	gnp_status status = put(job, next, error);
-	if (status == GNP_OK)
-		gnpd_job_publish(job, next);
-	pthread_mutex_unlock(&jobs->disk);
-	return status;
-}
-
-void gnpd_job_commit_anyway(struct gnpd_job *job, const struct gnpd_job_record *next)
-{
-	struct gnp_error error = {0};
-	if (gnpd_job_commit(job, next, &error) == GNP_OK)
-		return;
-	gnpd_log_event(&job->jobs->server->log, GNPD_LOG_ERROR, "job %s is %s, which could not be written: %s", next->id,
-	               gnpd_job_state_name(next->state), error.text);
-	gnpd_job_publish(job, next);
-}
-
-gnp_status gnpd_job_account(struct gnpd_job *job, enum gnpd_job_file file, size_t bytes, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	size_t most = jobs->server->config->jobs_bytes;
-	gnp_status status = GNP_OK;
-	pthread_mutex_lock(&jobs->lock);
-	size_t before = job->bytes[file], others = jobs->bytes - before;
-	if (bytes > before && (others > most || bytes > most - others)) {
-		status = gnp_error_set(error, GNP_NO_SPACE, "jobs: they hold %zu bytes and %zu more are needed, at most %zu may be held (jobs-bytes)",
-		                       others, bytes, most);
-		jobs->counts.refused_bytes++;
-	} else if (!job->removed) {
-		jobs->bytes = others + bytes;
-		job->bytes[file] = bytes;
-	}
-	pthread_mutex_unlock(&jobs->lock);
-	return status;
-}
-
-gnp_status gnpd_job_let_go(struct gnpd_job *job, enum gnpd_job_file file, struct gnp_error *error)
-{
-	gnp_status status = gnpd_job_store_remove(&job->jobs->store, job->record.id, file, error);
-	return status == GNP_OK ? gnpd_job_account(job, file, 0, error) : status;
-}
-
-gnp_status gnpd_job_remove(struct gnpd_job *job, struct gnp_error *error)
-{
-	struct gnpd_jobs *jobs = job->jobs;
-	if (job->removed)
-		return GNP_OK;
-	gnp_status status = gnpd_job_store_remove(&jobs->store, job->record.id, GNPD_JOB_RECORD_FILE, error);
-	if (status != GNP_OK)
-		return status;
-	for (int file = GNPD_JOB_RECORD_FILE + 1; file < GNPD_JOB_FILES; file++)
-		gnpd_job_store_remove(&jobs->store, job->record.id, (enum gnpd_job_file)file, NULL);
-	pthread_mutex_lock(&jobs->lock);
-	gnpd_jobs_take_out(jobs, job);
-	pthread_mutex_unlock(&jobs->lock);
-	gnpd_watchers_notify(jobs->server->watchers);
-	return GNP_OK;
-}
+#include "server/work/engine.h"
 
 /* ---- Results ---- */
 
@@ -138,13 +19,14 @@ gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_v
 	switch (record->state) {
 	case GNPD_JOB_QUEUED:
 	case GNPD_JOB_RUNNING:
-		return gnp_error_set(error, GNP_CONFLICT, "job %s: is %s, there is no result yet; GET /v1/jobs/%s?wait=30s waits for it", record->id,
+		return gnp_error_set(error, GNP_CONFLICT,
+		                     "job %s: is %s, there is no result yet; GET /v1/jobs/%s?wait=30s waits for it", record->id,
 		                     gnpd_job_state_name(record->state), record->id);
 	case GNPD_JOB_FAILED: return gnp_error_set(error, record->error, "%s", record->error_text);
 	case GNPD_JOB_CANCELLED: return gnp_error_set(error, GNP_GONE, "job %s: was cancelled and has no result", record->id);
 	case GNPD_JOB_EXPIRED:
 		return gnp_error_set(error, GNP_GONE, "job %s: its result was kept for %.15g s (jobs-ttl-seconds) and is gone", record->id,
-		                     jobs->server->config->jobs_ttl_seconds);
+		                     jobs->engine->config->jobs_ttl_seconds);
 	default: break;
 	}
 	*fd = gnpd_job_store_open_file(&jobs->store, record->id, GNPD_JOB_RESULT_FILE, &size);
@@ -168,8 +50,8 @@ static void cancel(struct gnpd_job *job)
 		pthread_mutex_lock(&jobs->disk);
 		bool removed = gnpd_job_remove(job, NULL) == GNP_OK;
 		pthread_mutex_unlock(&jobs->disk);
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s", next.id,
-		               removed ? ", and is removed" : "", error.text);
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_ERROR, "job %s is cancelled, which could not be written%s: %s",
+		               next.id, removed ? ", and is removed" : "", error.text);
 		gnpd_job_publish(job, &next);
 	}
 	gnpd_job_let_go(job, GNPD_JOB_BODY_FILE, NULL);
@@ -211,7 +93,7 @@ static void note_wish(struct gnpd_jobs *jobs, struct gnpd_job *job)
 {
 	struct gnp_error error = {0};
 	if (gnpd_job_write_again(job, &error) != GNP_OK)
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s",
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING, "job %s is being cancelled, which could not be written: %s",
 		               gnpd_job_record_now(job).id, error.text);
 }
 
@@ -267,19 +149,20 @@ void gnpd_job_trust(struct gnpd_job *job)
 	gnpd_jobs_changed(jobs);
 }
 
-gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, struct gnp_error *error)
+gnp_status gnpd_jobs_create(const struct gnpd_engine *engine, struct gnpd_watchers *watchers, struct gnpd_jobs **out,
+                            struct gnp_error *error)
 {
-	const struct gnpd_config *config = server->config;
 	struct gnpd_jobs *jobs = calloc(1, sizeof *jobs);
 	if (!jobs)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "jobs: no memory");
-	jobs->server = server;
+	jobs->engine = engine;
+	jobs->watchers = watchers;
 	gnpd_clock_init(&jobs->wake);
 	pthread_cond_init(&jobs->change, NULL);
 	pthread_mutex_init(&jobs->disk, NULL);
 	pthread_mutex_init(&jobs->lock, NULL);
-	gnpd_queue_tell(server->queue, tell_of_bytes, jobs);
-	gnp_status status = gnpd_job_store_open(config->jobs_dir, &jobs->store, error);
+	gnpd_queue_tell(engine->queue, tell_of_bytes, jobs);
+	gnp_status status = gnpd_job_store_open(engine->config->jobs_dir, &jobs->store, error);
 	if (status == GNP_OK)
 		status = gnpd_jobs_recover(jobs, error);
 	if (status != GNP_OK) {
@@ -305,7 +188,8 @@ void gnpd_jobs_keep_company(struct gnpd_jobs *jobs)
 		return;
 	struct gnp_error error = {0};
 	if (gnpd_job_write_again(job, &error) != GNP_OK)
-		gnpd_log_event(&jobs->server->log, GNPD_LOG_WARNING, "job %s is not alone any more, which could not be written: %s",
+		gnpd_log_event(jobs->engine->log, GNPD_LOG_WARNING,
+		               "job %s is not alone any more, which could not be written: %s",
 		               gnpd_job_record_now(job).id, error.text);
 	gnpd_job_release(job);
 }
@@ -323,7 +207,7 @@ static void enqueue_left(struct gnpd_jobs *jobs, bool suspects)
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error)
 {
 	jobs->opening = true;
-	gnp_status status = gnpd_queue_create(jobs->server->config->job_runners, SIZE_MAX, 1, &jobs->queue, error);
+	gnp_status status = gnpd_queue_create(jobs->engine->config->job_runners, SIZE_MAX, 1, &jobs->queue, error);
 	if (status != GNP_OK)
 		return status;
 	enqueue_left(jobs, true);
@@ -382,7 +266,7 @@ void gnpd_jobs_free(struct gnpd_jobs *jobs)
 	gnpd_jobs_park(jobs);
 	gnpd_queue_free(jobs->queue);
 	stop_expiry(jobs);
-	gnpd_queue_tell(jobs->server->queue, NULL, NULL);
+	gnpd_queue_tell(jobs->engine->queue, NULL, NULL);
 	for (size_t i = 0; i < jobs->count; i++)
 		gnpd_job_free(jobs->items[i]);
 	free(jobs->items);
@@ -394,14 +278,9 @@ void gnpd_jobs_free(struct gnpd_jobs *jobs)
 	free(jobs);
 }
 
-struct gnpd_server *gnpd_jobs_server(struct gnpd_jobs *jobs)
-{
-	return jobs->server;
-}
-
 size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs)
 {
-	const struct gnpd_config *config = jobs->server->config;
+	const struct gnpd_config *config = jobs->engine->config;
 	size_t share = config->queue_bytes - config->queue_bytes / 4;
 	return config->jobs_memory_bytes ? config->jobs_memory_bytes : share;
 }

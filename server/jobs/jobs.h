@@ -5,15 +5,18 @@
 
 #include <stdbool.h>
 
-#include "server/jobs/job_progress.h"
-#include "server/jobs/job_record.h"
+#include "server/jobs/job_view.h"
 #include "server/work/work.h"
 
+struct gnpd_engine;
 struct gnpd_job;
 struct gnpd_jobs;
+struct gnpd_watchers;
 
-/* Opens the store and takes up what it holds; runs nothing yet. server must have all but its jobs. */
-gnp_status gnpd_jobs_create(struct gnpd_server *server, struct gnpd_jobs **out, struct gnp_error *error);
+/* Opens the store and takes up what it holds; runs nothing yet. The engine must be complete; watchers are told of
+ * every change and may be NULL. */
+gnp_status gnpd_jobs_create(const struct gnpd_engine *engine, struct gnpd_watchers *watchers, struct gnpd_jobs **out,
+                            struct gnp_error *error);
 /* Begins to run them. */
 gnp_status gnpd_jobs_start(struct gnpd_jobs *jobs, struct gnp_error *error);
 /* No job begins any more, those that run are stopped at once and left for the next process, new ones are refused. */
@@ -30,32 +33,11 @@ void gnpd_jobs_free(struct gnpd_jobs *jobs);
 gnp_status gnpd_jobs_submit(struct gnpd_jobs *jobs, const struct gnpd_work *work, const char *principal, const char *key,
                             struct gnpd_job **job, bool *existing, struct gnp_error *error);
 
-/* A reference to a principal's job. Another's is as little there as one that is not: GNP_NOT_FOUND. */
+/* A reference to a principal's job. Somebody else's answers GNP_NOT_FOUND, like one that does not exist. */
 gnp_status gnpd_jobs_find(struct gnpd_jobs *jobs, const char *principal, const char *id, struct gnpd_job **job, struct gnp_error *error);
-struct gnpd_job *gnpd_job_retain(struct gnpd_job *job);
-/* NULL is allowed. */
-void gnpd_job_release(struct gnpd_job *job);
-
-struct gnpd_job_filter {
-	const char *principal;
-	int state;             /* enum gnpd_job_state, or -1: any */
-	const char *operation; /* NULL: any */
-	const char *after;     /* an id: older ones; NULL: from the newest */
-};
 /* References to at most `most` jobs, newest first; *more: there are further ones. Returns their number. */
 size_t gnpd_jobs_list(struct gnpd_jobs *jobs, const struct gnpd_job_filter *filter, struct gnpd_job **out, size_t most, bool *more);
 
-/* A job as it is now. */
-struct gnpd_job_view {
-	struct gnpd_job_record record; /* nothing of it is owned: what the answer says of itself is the job's, as long as that is held; the other
-	                                  strings are NULL */
-	struct gnpd_job_progress progress;
-	unsigned version;              /* grows with every change of state */
-	bool removed;
-};
-void gnpd_job_look(struct gnpd_job *job, struct gnpd_job_view *view);
-
-enum gnpd_job_deletion { GNPD_JOB_WAS_CANCELLED, GNPD_JOB_IS_BEING_CANCELLED, GNPD_JOB_WAS_REMOVED };
 /* Cancels a job that waits, runs or was parked, removes one that is over. Needs no room on disk: that one that runs is to end is written
  * into its record, for the next process, and holds in this one when it cannot be. */
 gnp_status gnpd_jobs_delete(struct gnpd_jobs *jobs, struct gnpd_job *job, enum gnpd_job_deletion *what, struct gnp_error *error);
@@ -68,15 +50,7 @@ gnp_status gnpd_jobs_open_result(struct gnpd_jobs *jobs, const struct gnpd_job_v
 size_t gnpd_jobs_memory_most(const struct gnpd_jobs *jobs);
 
 /* What the metrics tell. */
-struct gnpd_jobs_counts {
-	size_t states[GNPD_JOB_STATES], suspects, bytes, memory;
-	uint64_t submitted, replayed, recovered, damaged, checkpoints, resumed;
-	uint64_t ended[GNPD_JOB_STATES];
-	uint64_t refused_count, refused_queue, refused_bytes, refused_disk, refused_memory;
-};
 void gnpd_jobs_count(struct gnpd_jobs *jobs, struct gnpd_jobs_counts *counts);
-
-struct gnpd_server *gnpd_jobs_server(struct gnpd_jobs *jobs);
 
 /* Appends the families gnpd_jobs_*. */
 gnp_status gnpd_jobs_metrics_write(struct gnpd_jobs *jobs, struct gnp_buffer *buffer, struct gnp_error *error);

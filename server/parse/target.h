@@ -30,8 +30,9 @@ gnp_status gnpd_target_parse(const char *uri, struct gnpd_target *target);
 size_t gnpd_query_count(const char *query);
 void gnpd_target_clear(struct gnpd_target *target);
 
-/* Appends the query's parameters as strings, '+' read as space; NULL and "" have none. GNP_INVALID_ARGUMENT for bad escapes, a name without a
- * value's '=' (nothing between two '&' among them), a repeated name, or more than GNPD_QUERY_MAX. */
+/* Appends the query's parameters as strings, '+' read as space; NULL and "" have none. GNP_INVALID_ARGUMENT for bad
+ * escapes, a name without a value's '=' (nothing between two '&' among them), a repeated name, or more than
+ * GNPD_QUERY_MAX. */
 gnp_status gnpd_query_parse(const char *query, struct gnp_values *values, struct gnp_error *error);
 
 #endif

@@ -5,10 +5,13 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-#include "server/api/server.h"
+#include "server/base/log.h"
+#include "server/base/metrics.h"
+#include "server/config/config.h"
+#include "server/work/engine.h"
 
 struct gnpd_loader {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
 	pthread_mutex_t lock; /* of models */
 	struct gnp_models *models;
 };
@@ -48,37 +51,37 @@ static void use(struct gnpd_loader *loader, struct gnp_models *models)
 	struct gnp_models *old = loader->models;
 	loader->models = models;
 	pthread_mutex_unlock(&loader->lock);
-	atomic_store(&loader->server->metrics.models, gnp_models_count(models));
+	atomic_store(&loader->engine->metrics->models, gnp_models_count(models));
 	gnp_models_release(old);
 }
 
 gnp_status gnpd_loader_reload(struct gnpd_loader *loader, struct gnp_error *error)
 {
-	struct gnpd_server *server = loader->server;
+	const struct gnpd_engine *engine = loader->engine;
 	struct gnp_models *models = NULL;
-	gnp_status status = load(server->config->weights_dir, atomic_load(&server->metrics.models), &models, error);
+	gnp_status status = load(engine->config->weights_dir, atomic_load(&engine->metrics->models), &models, error);
 	if (status != GNP_OK)
 		return status;
-	log_models(&server->log, "reload: weights", models);
+	log_models(engine->log, "reload: weights", models);
 	use(loader, models);
 	return GNP_OK;
 }
 
-gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **out, struct gnp_error *error)
+gnp_status gnpd_loader_create(const struct gnpd_engine *engine, struct gnpd_loader **out, struct gnp_error *error)
 {
 	struct gnpd_loader *loader = calloc(1, sizeof *loader);
 	if (!loader)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "loader: no memory for %zu bytes", sizeof *loader);
-	loader->server = server;
+	loader->engine = engine;
 	pthread_mutex_init(&loader->lock, NULL);
-	gnp_status status = load(server->config->weights_dir, 0, &loader->models, error);
+	gnp_status status = load(engine->config->weights_dir, 0, &loader->models, error);
 	if (status != GNP_OK) {
 		pthread_mutex_destroy(&loader->lock);
 		free(loader);
 		return status;
 	}
-	atomic_store(&server->metrics.models, gnp_models_count(loader->models));
-	log_models(&server->log, "weights", loader->models);
+	atomic_store(&engine->metrics->models, gnp_models_count(loader->models));
+	log_models(engine->log, "weights", loader->models);
 	*out = loader;
 	return GNP_OK;
 }

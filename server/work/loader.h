@@ -8,11 +8,12 @@
 #include "core/base/status.h"
 #include "core/network/models.h"
 
+struct gnpd_engine;
 struct gnpd_loader;
-struct gnpd_server;
 
-/* Loads the set of the configuration's weights-dir. On failure nothing is left. server: for configuration, log and metrics. */
-gnp_status gnpd_loader_create(struct gnpd_server *server, struct gnpd_loader **out, struct gnp_error *error);
+/* Loads the set of the configuration's weights-dir. On failure nothing is left. Of the engine configuration, log and
+ * metrics are used. */
+gnp_status gnpd_loader_create(const struct gnpd_engine *engine, struct gnpd_loader **out, struct gnp_error *error);
 /* NULL is allowed. */
 void gnpd_loader_free(struct gnpd_loader *loader);
 

@@ -18,7 +18,8 @@ struct gnpd_reply {
 		const char *name;
 		char value[256];
 	} headers[GNPD_REPLY_HEADERS_MAX];
-	struct gnp_buffer parameters;    /* X-Gnpd-Parameters, which is longer than a header above may be: NUL-terminated; empty: there is none */
+	struct gnp_buffer parameters;    /* X-Gnpd-Parameters, which is longer than a header above may be: NUL-terminated;
+	                                    empty: there is none */
 	struct gnp_buffer body;          /* then the tails, sent from where they lie */
 	const struct gnp_tensor **tails; /* owned array of tensors of the work's response */
 	size_t tail_count;

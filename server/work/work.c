@@ -4,11 +4,19 @@
 #include <string.h>
 
 #include "proto/file/content_encoding.h"
+#include "proto/file/formats.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/warnings.h"
-#include "server/api/server.h"
+#include "server/base/metrics.h"
+#include "server/base/queue.h"
+#include "server/config/config.h"
 #include "server/parse/duration.h"
 #include "server/parse/target.h"
+#include "server/work/codec_file.h"
+#include "server/work/codec_oip.h"
+#include "server/work/engine.h"
+#include "server/work/loader.h"
 
 /* No deflate stream expands more than 1032 times. */
 enum { EXPANSION_MAX = 1032 };
@@ -26,12 +34,12 @@ static void give_bytes(void *context, size_t bytes)
 	gnpd_work_release(context, bytes);
 }
 
-void gnpd_work_init(struct gnpd_work *work, struct gnpd_server *server, struct gnpd_reply *reply)
+void gnpd_work_init(struct gnpd_work *work, const struct gnpd_engine *engine, struct gnpd_reply *reply)
 {
 	memset(work, 0, sizeof *work);
-	work->server = server;
+	work->engine = engine;
 	work->reply = reply;
-	work->models = gnpd_loader_models(server->loader);
+	work->models = gnpd_loader_models(engine->loader);
 	work->budget = (struct gnp_budget){take_bytes, give_bytes, work};
 	gnp_task_init(&work->task);
 }
@@ -49,18 +57,18 @@ void gnpd_work_clear(struct gnpd_work *work)
 
 gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_error *error)
 {
-	size_t limit = work->server->config->request_memory_bytes;
+	size_t limit = work->engine->config->request_memory_bytes;
 	if (work->reserved > limit || bytes > limit - work->reserved) {
-		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_REQUEST_MEMORY);
+		gnpd_metrics_reject(work->engine->metrics, GNPD_REJECT_REQUEST_MEMORY);
 		return gnp_error_set(error, GNP_TOO_LARGE,
 		                     "memory: the request holds %zu bytes and needs %zu more, need at most %zu (request-memory-bytes)",
 		                     work->reserved, bytes, limit);
 	}
-	gnp_status status = gnpd_queue_reserve(work->server->queue, work->reserved, bytes, error);
+	gnp_status status = gnpd_queue_reserve(work->engine->queue, work->reserved, bytes, error);
 	if (status == GNP_OK)
 		work->reserved += bytes;
 	else
-		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_QUEUE_BYTES);
+		gnpd_metrics_reject(work->engine->metrics, GNPD_REJECT_QUEUE_BYTES);
 	if (work->reserved > work->peak)
 		work->peak = work->reserved;
 	return status;
@@ -68,7 +76,7 @@ gnp_status gnpd_work_reserve(struct gnpd_work *work, size_t bytes, struct gnp_er
 
 void gnpd_work_release(struct gnpd_work *work, size_t bytes)
 {
-	gnpd_queue_release(work->server->queue, bytes);
+	gnpd_queue_release(work->engine->queue, bytes);
 	work->reserved -= bytes;
 }
 
@@ -111,7 +119,8 @@ void gnpd_work_begin(struct gnpd_work *work, double seconds, const char *limit, 
 void gnpd_work_overdue(const struct gnpd_work *work, struct gnp_error *error)
 {
 	*error = (struct gnp_error){0};
-	gnp_error_set(error, GNP_DEADLINE, "time: not done after %.3g s, need it in %.3g s (%s)", gnp_clock() - work->begun, work->allowed, work->limit);
+	gnp_error_set(error, GNP_DEADLINE, "time: not done after %.3g s, need it in %.3g s (%s)", gnp_clock() - work->begun,
+	              work->allowed, work->limit);
 }
 
 static gnp_status apply_timeout(struct gnpd_work *work, struct gnp_error *error)
@@ -129,8 +138,9 @@ static gnp_status apply_timeout(struct gnpd_work *work, struct gnp_error *error)
 /* Undoes the content encoding. The most it can become is reserved first and what was not needed given back. */
 static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 {
-	struct gnpd_server *server = work->server;
-	size_t limit = server->config->max_decoded_bytes ? server->config->max_decoded_bytes : server->config->max_body_bytes, most = limit;
+	const struct gnpd_engine *engine = work->engine;
+	const struct gnpd_config *config = engine->config;
+	size_t limit = config->max_decoded_bytes ? config->max_decoded_bytes : config->max_body_bytes, most = limit;
 	if (work->body.size < limit / EXPANSION_MAX)
 		most = (work->body.size + 1) * EXPANSION_MAX;
 	gnp_status status = gnp_budget_reserve(&work->budget, most, error);
@@ -138,7 +148,7 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
 		return status;
 	status = gnp_content_decode(work->content_encoding, work->body.data, work->body.size, most, &work->decoded, error);
 	if (status == GNP_TOO_LARGE)
-		gnpd_metrics_reject(&server->metrics, GNPD_REJECT_BODY_LIMIT);
+		gnpd_metrics_reject(engine->metrics, GNPD_REJECT_BODY_LIMIT);
 	if (status == GNP_OK && work->decoded.capacity < most)
 		gnp_budget_release(&work->budget, most - work->decoded.capacity);
 	return status;
@@ -148,9 +158,9 @@ static gnp_status decompress(struct gnpd_work *work, struct gnp_error *error)
  * clients that say nothing or what they say of any body; files else. */
 static const struct gnpd_codec *choose_codec(const struct gnpd_work *work, const unsigned char *body, size_t size)
 {
-	enum gnp_format format;
+	const struct gnp_format *format;
 	bool named = work->content_type && gnp_format_by_media_type(work->content_type, &format);
-	if (work->inference_length || ((!named || format == GNP_FORMAT_JSON) && gnp_oip_is_request(body, size)))
+	if (work->inference_length || ((!named || format == &gnp_format_json) && gnp_oip_is_request(body, size)))
 		return &gnpd_codec_oip;
 	return &gnpd_codec_file;
 }
@@ -159,7 +169,7 @@ static const struct gnpd_codec *choose_codec(const struct gnpd_work *work, const
 static gnp_status count_points(const struct gnpd_work *work, gnp_status status)
 {
 	if (status == GNP_TOO_LARGE && !work->out_of_bytes)
-		gnpd_metrics_reject(&work->server->metrics, GNPD_REJECT_POINTS);
+		gnpd_metrics_reject(work->engine->metrics, GNPD_REJECT_POINTS);
 	return status;
 }
 
@@ -196,8 +206,9 @@ static void add_timing(struct gnpd_work *work)
 
 gnp_status gnpd_work_check(struct gnpd_work *work, struct gnp_error *error)
 {
-	struct gnpd_server *server = work->server;
-	const struct gnp_limits limits = {.points = server->config->max_points, .models = work->models, .cache = server->cache};
+	const struct gnpd_engine *engine = work->engine;
+	const struct gnp_limits limits = {.points = engine->config->max_points, .models = work->models,
+	                                  .cache = engine->cache};
 	gnp_status status = decode(work, error);
 	if (status == GNP_OK)
 		status = apply_timeout(work, error);
@@ -217,7 +228,7 @@ gnp_status gnpd_work_prepare(struct gnpd_work *work, struct gnp_error *error)
 
 gnp_status gnpd_work_finish(struct gnpd_work *work, struct gnp_error *error)
 {
-	gnp_status status = gnp_call_run(&work->call, work->server->pool, &work->task, &work->response, error);
+	gnp_status status = gnp_call_run(&work->call, work->engine->pool, &work->task, &work->response, error);
 	gnp_task_stage(&work->task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = gnp_task_check(&work->task, error);

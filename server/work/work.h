@@ -9,31 +9,17 @@
 #include "core/base/status.h"
 #include "core/base/task.h"
 #include "core/network/models.h"
+#include "proto/file/accept.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "proto/tensor/message.h"
 #include "server/work/reply.h"
 
-struct gnpd_server;
-struct gnpd_work;
-
-struct gnpd_codec {
-	const char *name; /* as records of jobs call it */
-	/* Fills work->message from the body, whose content encoding is already undone. */
-	gnp_status (*decode)(struct gnpd_work *work, const unsigned char *body, size_t size, struct gnp_error *error);
-	/* Settles from work->call what form the answer will have, before it is computed; NULL: there is but one. */
-	gnp_status (*plan)(struct gnpd_work *work, struct gnp_error *error);
-	/* Fills work->reply from work->response. */
-	gnp_status (*encode)(struct gnpd_work *work, struct gnp_error *error);
-	/* Seconds of the message's parameter `timeout`; 0: it has none. */
-	gnp_status (*timeout)(const struct gnp_value *value, double *seconds, struct gnp_error *error);
-};
-
-/* Files (v1.c) and the Open Inference Protocol (v2.c). */
-extern const struct gnpd_codec gnpd_codec_file, gnpd_codec_oip;
+struct gnpd_codec;
+struct gnpd_engine;
 
 struct gnpd_work {
-	struct gnpd_server *server;
+	const struct gnpd_engine *engine;
 	const struct gnpd_codec *codec; /* NULL: gnpd_work_check chooses by headers and body */
 	const struct gnp_operation *operation;
 
@@ -61,7 +47,7 @@ struct gnpd_work {
 };
 
 /* Of the models in use now. */
-void gnpd_work_init(struct gnpd_work *work, struct gnpd_server *server, struct gnpd_reply *reply);
+void gnpd_work_init(struct gnpd_work *work, const struct gnpd_engine *engine, struct gnpd_reply *reply);
 /* Gives reserved bytes back and frees all. */
 void gnpd_work_clear(struct gnpd_work *work);
 

@@ -13,6 +13,7 @@
 #include "core/estimate/estimate.h"
 #include "core/estimate/filter.h"
 #include "core/flow/flow.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "core/network/models.h"
 #include "core/shapes/shapes.h"
@@ -301,7 +302,7 @@ int main(int argc, char **argv)
 		fprintf(stderr, "usage: bench OUT.json [CASE]\n");
 		return 2;
 	}
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	FILE *out = fopen(argv[1], "w");
 	if (!out) {

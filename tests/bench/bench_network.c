@@ -11,6 +11,7 @@
 #include "core/base/pool.h"
 #include "core/base/random.h"
 #include "core/base/vector.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "core/network/pooled.h"
 
@@ -118,7 +119,7 @@ static void report(const char *what, struct seconds spent, double operations, do
 
 int main(int argc, char **argv)
 {
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	const char *wanted = argc > 1 ? argv[1] : "";
 	struct gnp_pool *all = NULL, *one = NULL;

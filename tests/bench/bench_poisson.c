@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include "core/equations/poisson.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "core/network/models.h"
 #include "tests/oracles/manufactured.h"
@@ -138,7 +139,7 @@ int main(int argc, char **argv)
 	struct wanted wanted = {.k = 50, .cover = GNP_COVER_ALL, .estimator = GNP_ESTIMATOR_GMLS, .sides = 1, .seed = 7};
 	struct gnp_pool *pool = NULL;
 	struct gnp_error error = {0};
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	if (argc < 3 || !read_wanted(argc, argv, &wanted)) {
 		fprintf(stderr, "usage: bench_poisson SHAPE POINTS [key=value...]\n");

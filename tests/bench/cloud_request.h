@@ -2,8 +2,9 @@
 #ifndef GNP_TESTS_CLOUD_REQUEST_H
 #define GNP_TESTS_CLOUD_REQUEST_H
 
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 #include "tests/unit/test.h"
+#include "proto/operation/operations.h"
 
 static inline void set_value(struct gnp_tensor *tensor, size_t i, double value)
 {

@@ -35,17 +35,17 @@ def worst(got, want):
 
 
 def test_poisson_keeps_its_operator(server):
-    hits, misses = metric(server, "operator_cache_hits_total"), metric(server, "operator_cache_misses_total")
+    hits, misses = metric(server, "prepared_cache_hits_total"), metric(server, "prepared_cache_misses_total")
     for turn, scale in enumerate((2.0, 6.0)):
         head, outputs = harness.parse_infer(infer(server, "poisson", [points(), source(scale)], estimator="gmls", k=31))
         assert worst(outputs["solution"], [scale / 2 * z for z in Z]) < 0.02 * scale
         assert head["parameters"]["operator_kept"] is bool(turn), head["parameters"]
-    assert metric(server, "operator_cache_hits_total") == hits + 1 and metric(server, "operator_cache_misses_total") == misses + 1
-    assert metric(server, "operator_cache_operators") >= 1 and metric(server, "operator_cache_bytes") > 100 * COUNT
+    assert metric(server, "prepared_cache_hits_total") == hits + 1 and metric(server, "prepared_cache_misses_total") == misses + 1
+    assert metric(server, "prepared_cache_operators") >= 1 and metric(server, "prepared_cache_bytes") > 100 * COUNT
 
 
 def test_one_operator_is_made_once_for_many(server):
-    misses, answers = metric(server, "operator_cache_misses_total"), []
+    misses, answers = metric(server, "prepared_cache_misses_total"), []
 
     def ask():
         answers.append(infer(server, "poisson", [points(), source(2.0)], estimator="gmls", k=33))
@@ -56,17 +56,17 @@ def test_one_operator_is_made_once_for_many(server):
     for thread in threads:
         thread.join()
     assert [answer.status for answer in answers] == [200] * 6
-    assert metric(server, "operator_cache_misses_total") == misses + 1
+    assert metric(server, "prepared_cache_misses_total") == misses + 1
     solutions = [harness.parse_infer(answer)[1]["solution"].tobytes() for answer in answers]
     assert len(set(solutions)) == 1
 
 
 def test_no_cache_when_it_is_off():
-    with harness.Server(operator_cache_bytes=0) as server:
+    with harness.Server(prepared_cache_bytes=0) as server:
         for _ in range(2):
             head, _ = harness.parse_infer(infer(server, "poisson", [points(), source(2.0)], estimator="gmls"))
             assert head["parameters"]["operator_kept"] is False
-        assert metric(server, "operator_cache_bytes") == 0 and metric(server, "operator_cache_evictions_total") == 2
+        assert metric(server, "prepared_cache_bytes") == 0 and metric(server, "prepared_cache_evictions_total") == 2
 
 
 def test_sources_are_columns_of_files(server):

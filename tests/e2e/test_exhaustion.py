@@ -68,7 +68,7 @@ def silent_connections(server, failing):
 
 def sweep_all(reserve):
     failing = exhaustion.Failing()
-    with harness.Server(environment=failing.environment(reserve), operator_cache_bytes=0, workers=1, runners=1, http_threads=1) as server:
+    with harness.Server(environment=failing.environment(reserve), prepared_cache_bytes=0, workers=1, runners=1, http_threads=1) as server:
         before = abuse.settle(server)
         silent_connections(server, failing)
         sweep = exhaustion.Sweep(server, failing)

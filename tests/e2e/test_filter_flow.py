@@ -137,7 +137,7 @@ def test_flow_snapshots_for_numpy(server):
     """Passes unseen where numpy is not installed."""
     response = server.post("/v1/flow?estimator=gmls&steps=5&snapshot_every=2&spacing=0&insertion=0&format=npz", harness.ply(SPHERE))
     assert response.status == 200, response.text[:300]
-    oracle = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "oracle_snapshots.py")
+    oracle = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "oracles", "oracle_snapshots.py")
     with tempfile.NamedTemporaryFile(suffix=".npz") as file:
         file.write(response.body)
         file.flush()

@@ -186,7 +186,7 @@ def test_file_formats_are_negotiated(server):
 
 def test_open3d_reads_and_is_read(server):
     """Passes unseen where Open3D is not installed."""
-    oracle = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "oracle_open3d.py")
+    oracle = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "oracles", "oracle_open3d.py")
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(["/usr/bin/python3", oracle, "http://127.0.0.1:%d" % server.port, folder],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT)

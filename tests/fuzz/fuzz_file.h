@@ -24,7 +24,7 @@ static inline bool fuzz_same_tensors(const struct gnp_tensors *a, const struct g
 }
 
 /* Encodes tensors and decodes what comes out, which must work; false when the format has no form for them. */
-static inline bool fuzz_pass(enum gnp_format format, const struct gnp_tensors *tensors, struct gnp_tensors *back,
+static inline bool fuzz_pass(const struct gnp_format *format, const struct gnp_tensors *tensors, struct gnp_tensors *back,
                              struct gnp_buffer *file)
 {
 	struct gnp_error error = {0};
@@ -40,7 +40,7 @@ static inline bool fuzz_pass(enum gnp_format format, const struct gnp_tensors *t
 }
 
 /* lossless: the first pass must give the same tensors; else (formats that rename or widen what they hold) the second one must. */
-static inline void fuzz_round_trip(enum gnp_format format, bool lossless, const struct gnp_tensors *tensors)
+static inline void fuzz_round_trip(const struct gnp_format *format, bool lossless, const struct gnp_tensors *tensors)
 {
 	struct gnp_tensors first = {0}, second = {0};
 	struct gnp_buffer file = {0}, again = {0};
@@ -57,7 +57,7 @@ static inline void fuzz_round_trip(enum gnp_format format, bool lossless, const 
 }
 
 /* As the server decodes it, for an operation with inputs beside points and normals. */
-static inline void fuzz_wanted(enum gnp_format format, const unsigned char *body, size_t size)
+static inline void fuzz_wanted(const struct gnp_format *format, const unsigned char *body, size_t size)
 {
 	static const struct gnp_tensor_info inputs[] = {{.name = "points", .datatype = GNP_FP32, .rank = 2, .shape = {-1, 3}},
 	                                                {.name = "fixed", .datatype = GNP_BOOL, .rank = 1, .shape = {-1}},
@@ -86,7 +86,7 @@ static inline void fuzz_touch(const struct gnp_tensors *tensors)
 	}
 }
 
-static inline int fuzz_file(enum gnp_format format, bool lossless, const uint8_t *data, size_t size)
+static inline int fuzz_file(const struct gnp_format *format, bool lossless, const uint8_t *data, size_t size)
 {
 	unsigned char *body = fuzz_copy(data, size);
 	struct gnp_tensors tensors = {0};

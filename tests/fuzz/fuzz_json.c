@@ -6,5 +6,5 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 	unsigned char *body = fuzz_copy(data, size);
 	fuzz_oip("", body, size);
 	free(body);
-	return fuzz_file(GNP_FORMAT_JSON, false, data, size);
+	return fuzz_file(&gnp_format_json, false, data, size);
 }

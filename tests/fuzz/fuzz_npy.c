@@ -3,5 +3,5 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	return fuzz_file(GNP_FORMAT_NPY, true, data, size);
+	return fuzz_file(&gnp_format_npy, true, data, size);
 }

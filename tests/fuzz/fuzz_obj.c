@@ -3,5 +3,5 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	return fuzz_file(GNP_FORMAT_OBJ, false, data, size);
+	return fuzz_file(&gnp_format_obj, false, data, size);
 }

@@ -4,7 +4,8 @@
 
 #include "proto/json/json_memory.h"
 #include "proto/oip/oip.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "tests/fuzz/fuzz_file.h"
 
 static inline void fuzz_prepare(const struct gnp_request *request)

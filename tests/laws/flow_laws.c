@@ -3,6 +3,7 @@
 
 #include "core/estimate/filter.h"
 #include "core/flow/flow.h"
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "core/network/models.h"
 #include "core/shapes/shapes.h"
@@ -305,7 +306,7 @@ int main(int argc, char **argv)
 	             {"bumpy_torus", bumpy_torus},     {"torus", torus},                     {"cylinder", held_cylinder}, {"conformal", conformal},
 	             {"noise", noisy},                 {"outliers", contaminated},           {"sphere", sphere}};
 	struct gnp_error error = {0};
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, &error) != GNP_OK || gnp_models_load("weights", &models, &error) != GNP_OK)
 		fail("start", &error);

@@ -19,7 +19,7 @@ static inline const double *frozen_doubles(struct frozen *frozen, const char *na
 		size_t size = file ? fread(frozen->body, 1, sizeof frozen->body, file) : 0;
 		if (file)
 			fclose(file);
-		if (gnp_file_decode_all(GNP_FORMAT_NPZ, frozen->body, size, &frozen->tensors, NULL) != GNP_OK) {
+		if (gnp_file_decode_all(&gnp_format_npz, frozen->body, size, &frozen->tensors, NULL) != GNP_OK) {
 			fprintf(stderr, "%s: not there, or damaged\n", frozen->path);
 			exit(1);
 		}

@@ -20,7 +20,7 @@ def sphere(count):
 
 def ask(url, sent, received):
     with open(sent, "rb") as file:
-        request = urllib.request.Request(url + "/v1/estimate?quantities=normals,mean_curvature,shape_operator", file.read())
+        request = urllib.request.Request(url + "/v1/estimate?estimator=gmls&quantities=normals,mean_curvature,shape_operator", file.read())
     with urllib.request.urlopen(request, timeout=60) as answer, open(received, "wb") as file:
         file.write(answer.read())
 

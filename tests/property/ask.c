@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "clients/http_client.h"
+#include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/file/result.h"
 #include "proto/oip/oip.h"
 
@@ -123,7 +125,7 @@ static bool write_query(const struct ask *ask, struct gnp_buffer *url)
 /* Status of the whole: a format that cannot be is refused before the work. */
 static gnp_status expected(const struct ask *ask, bool *open)
 {
-	enum gnp_format format;
+	const struct gnp_format *format;
 	bool known = gnp_format_by_name(spec_get(ask->spec, "format", "npz"), &format) && gnp_format_writable(format);
 	*open = ask->status != GNP_OK || !known;
 	if (*open)
@@ -142,7 +144,7 @@ static bool ask_v1(const struct ask *ask, char why[JUDGE_TEXT])
 	struct gnp_buffer body = {0}, url = {0};
 	bool open;
 	gnp_status status = expected(ask, &open);
-	bool good = gnp_file_encode(GNP_FORMAT_NPZ, &ask->request->inputs, &(struct gnp_values){0}, &body, NULL) != GNP_OK || /* not a file */
+	bool good = gnp_file_encode(&gnp_format_npz, &ask->request->inputs, &(struct gnp_values){0}, &body, NULL) != GNP_OK || /* not a file */
 	            (write_query(ask, &url) && post((const char *)url.data, &body, GNP_OIP_NO_HEADER, &answer, why) &&
 	             (open ? answer.code >= 400 && answer.code < 500 : judge_code(answer.code, gnp_status_http(status), &answer, why)));
 	if (!good && open)

@@ -2,6 +2,7 @@
 #ifndef GNP_TESTS_PROPERTY_ASK_H
 #define GNP_TESTS_PROPERTY_ASK_H
 
+#include "proto/operation/call.h"
 #include "tests/property/judge.h"
 #include "tests/property/spec.h"
 

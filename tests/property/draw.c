@@ -6,7 +6,8 @@
 
 #include "core/base/random.h"
 #include "proto/file/file.h"
-#include "proto/operation/operation.h"
+#include "proto/file/formats.h"
+#include "proto/operation/operations.h"
 #include "tests/property/spec.h"
 #include "tests/property/zoo.h"
 
@@ -155,7 +156,7 @@ static const char *const ways[] = {"v2", "v1", NULL};
 void spec_draw(uint64_t seed, uint64_t index, const char *const *models, struct spec *spec)
 {
 	struct draw draw = {.models = models, .spec = spec};
-	size_t operations = 0;
+	size_t operations = 0, formats = 0;
 	gnp_random_seed(&draw.random, seed, index);
 	*spec = (struct spec){.count = 0};
 	while (gnp_operation_at(operations))
@@ -173,6 +174,8 @@ void spec_draw(uint64_t seed, uint64_t index, const char *const *models, struct 
 	shorten(&draw);
 	if (once_in(&draw, 6))
 		draw_set(&draw, "out", operation);
-	set(&draw, "format", "%s", gnp_format_name((enum gnp_format)below(&draw, GNP_FORMAT_COUNT)));
+	while (gnp_format_at(formats))
+		formats++;
+	set(&draw, "format", "%s", gnp_format_at(below(&draw, formats))->name);
 	set(&draw, "via", "%s", one_of(&draw, ways));
 }

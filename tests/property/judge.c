@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "proto/operation/call.h"
+
 static bool wrong(char text[JUDGE_TEXT], const char *format, ...) __attribute__((format(printf, 2, 3)));
 static bool wrong(char text[JUDGE_TEXT], const char *format, ...)
 {

@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
 
 enum { JUDGE_TEXT = 400 };
 

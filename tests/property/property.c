@@ -15,6 +15,7 @@
 #include <unistd.h>
 #include <fcntl.h>
 
+#include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
 #include "tests/property/daemon.h"
 #include "tests/property/trial.h"
@@ -321,7 +322,7 @@ static int run_draws(const struct settings *settings)
 int main(int argc, char **argv)
 {
 	struct settings settings = {.seed = 1, .draws = 2000, .weights = "weights", .gnpd = "", .jobs = 2, .seconds = 2};
-	gnp_linalg_restart(argv);
+	gnp_blas_environment_restart(argv);
 	if (!read_settings(argc, argv, &settings)) {
 		fprintf(stderr, "usage: property [--seed S] [--draws N | --minutes M] [--weights DIR] [--gnpd PROGRAM] [--jobs 1..7] [--lines FILE] [--show] [LINE]\n");
 		return 2;

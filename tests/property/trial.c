@@ -6,7 +6,11 @@
 #include <string.h>
 #include <time.h>
 
+#include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "tests/property/ask.h"
 #include "tests/property/zoo.h"
 
@@ -122,7 +126,7 @@ static bool repeat(struct trial *trial)
 /* What is written as a file can be read again; what cannot be written is known before or named. */
 static bool encode(struct trial *trial)
 {
-	enum gnp_format format;
+	const struct gnp_format *format;
 	struct gnp_buffer buffer = {0};
 	struct gnp_tensors back = {0};
 	struct gnp_error error = {0};

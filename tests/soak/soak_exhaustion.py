@@ -12,7 +12,7 @@ def soak_memory_runs_out():
         return "not under a sanitizer, which has an allocator of its own"
     failing, faults, sent, refused = exhaustion.Failing(), [], 0, 0
     for reserve, count in ((False, 1), (False, 3), (True, 1), (True, 20)):
-        with harness.Server(environment=failing.environment(reserve), operator_cache_bytes=0, workers=1, runners=1, http_threads=1) as server:
+        with harness.Server(environment=failing.environment(reserve), prepared_cache_bytes=0, workers=1, runners=1, http_threads=1) as server:
             sweep = exhaustion.Sweep(server, failing)
             for name, request in exhaustion.kinds().items():
                 sweep.run(name, request, STEP * (7 if name == "flow" else 1), count)  # steps of a flow are alike

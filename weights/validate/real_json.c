@@ -11,13 +11,13 @@ static void write_number(const char *name, double value, const char *after, FILE
 		fprintf(out, "\"%s\": null%s", name, after);
 }
 
-static void write_score(const struct gnp_real_contender *contender, size_t variant, const struct gnp_real_score *score,
+static void write_score(const struct gnp_real_method *method, size_t variant, const struct gnp_real_score *score,
                         FILE *out)
 {
-	fprintf(out, "      {\"contender\": \"%s\", \"part\": \"%s\", ", contender->name,
-	        gnp_ablation_name(contender->part));
-	if (contender->k)
-		fprintf(out, "\"k\": %u, ", contender->k[variant]);
+	fprintf(out, "      {\"method\": \"%s\", \"part\": \"%s\", ", method->name,
+	        gnp_ablation_name(method->part));
+	if (method->k)
+		fprintf(out, "\"k\": %u, ", method->k[variant]);
 	write_number("rms", score->rms, ", ", out);
 	write_number("median", score->median, ", ", out);
 	write_number("within_5", score->within[0], ", ", out);
@@ -35,28 +35,28 @@ static void write_row(const struct gnp_real_table *table, const struct gnp_real_
 	        "    {\"section\": \"%s\", \"cloud\": \"%s\", \"sampling\": \"%s\", \"points\": %zu, \"centres\": %zu, "
 	        "\"scores\": [",
 	        gnp_real_section_name(row->section), row->cloud, row->variant, row->points, row->centres);
-	for (size_t c = 0; c < table->contender_count; c++)
-		for (size_t v = 0; v < table->contenders[c].variants; v++) {
+	for (size_t c = 0; c < table->method_count; c++)
+		for (size_t v = 0; v < table->methods[c].variants; v++) {
 			fputs(between, out);
-			write_score(&table->contenders[c], v, &row->scores[c][v], out);
+			write_score(&table->methods[c], v, &row->scores[c][v], out);
 			between = ",\n";
 		}
 	fputs("]}", out);
 }
 
-static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender,
+static void write_summary(const struct gnp_real_table *table, enum gnp_real_section section, size_t method,
                           FILE *out)
 {
-	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, contender);
-	fprintf(out, "    {\"section\": \"%s\", \"contender\": \"%s\", \"part\": \"%s\", \"clouds\": %zu, ",
-	        gnp_real_section_name(section), table->contenders[contender].name,
-	        gnp_ablation_name(table->contenders[contender].part), sum.rows);
+	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, method);
+	fprintf(out, "    {\"section\": \"%s\", \"method\": \"%s\", \"part\": \"%s\", \"clouds\": %zu, ",
+	        gnp_real_section_name(section), table->methods[method].name,
+	        gnp_ablation_name(table->methods[method].part), sum.rows);
 	write_number("ratio_to_pca", sum.ratio, ", ", out);
 	write_number("best_share", sum.best, ", ", out);
 	write_number("worst_ratio", sum.worst, ", ", out);
 	write_number("mean_angle", sum.mean, ", ", out);
 	write_number("least_within_15", sum.least, ", ", out);
-	write_number("seconds_in_all", table->seconds[contender], "}", out);
+	write_number("seconds_in_all", table->seconds[method], "}", out);
 }
 
 void gnp_real_table_write_json(const struct gnp_real_table *table, FILE *out)
@@ -66,7 +66,7 @@ void gnp_real_table_write_json(const struct gnp_real_table *table, FILE *out)
 	        table->plan.tune ? "true" : "false");
 	fprintf(out, "  \"seconds\": %.1f,\n  \"summary\": [", table->wall);
 	for (unsigned s = 0; s < GNP_REAL_SECTIONS; s++)
-		for (size_t c = 0; c < table->contender_count; c++) {
+		for (size_t c = 0; c < table->method_count; c++) {
 			fputs(between, out);
 			write_summary(table, (enum gnp_real_section)s, c, out);
 			between = ",\n";

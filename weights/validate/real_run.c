@@ -28,18 +28,18 @@ static struct gnp_real_score score_of_failure(size_t centres)
 static gnp_status judge(struct run *run, size_t c, const struct gnp_real_cloud *cloud, struct gnp_real_row *row,
                         struct gnp_error *error)
 {
-	const struct gnp_real_contender *contender = &run->table.contenders[c];
+	const struct gnp_real_method *method = &run->table.methods[c];
 	struct gnp_error why = {0};
-	gnp_status status = gnp_real_contender_judge(contender, &run->peers, cloud, run->pool, row->scores[c],
+	gnp_status status = gnp_real_method_judge(method, &run->peers, cloud, run->pool, row->scores[c],
 	                                             &run->table.seconds[c], &why);
 	if (status == GNP_OK)
 		return GNP_OK;
 	if (status == GNP_OUT_OF_MEMORY || status == GNP_CANCELLED)
 		return gnp_error_set(error, status, "%s", why.text);
-	for (size_t v = 0; v < contender->variants; v++)
+	for (size_t v = 0; v < method->variants; v++)
 		row->scores[c][v] = score_of_failure(cloud->centre_count);
 	if (run->log)
-		fprintf(run->log, "%s, %s: %s failed: %s\n", row->cloud, row->variant, contender->name, why.text);
+		fprintf(run->log, "%s, %s: %s failed: %s\n", row->cloud, row->variant, method->name, why.text);
 	return GNP_OK;
 }
 
@@ -48,9 +48,9 @@ static void log_row(const struct run *run, const struct gnp_real_row *row)
 	if (!run->log)
 		return;
 	fprintf(run->log, "%s, %s:", row->cloud, row->variant);
-	for (size_t c = 0; c < run->table.contender_count; c++)
-		if (run->table.contenders[c].part == GNP_ABLATION_NONE)
-			fprintf(run->log, " %s %.2f", run->table.contenders[c].name,
+	for (size_t c = 0; c < run->table.method_count; c++)
+		if (run->table.methods[c].part == GNP_ABLATION_NONE)
+			fprintf(run->log, " %s %.2f", run->table.methods[c].name,
 			        gnp_real_table_figure(row, c, gnp_real_table_variant(&run->table, row, c)));
 	fputc('\n', run->log);
 	fflush(run->log);
@@ -75,7 +75,7 @@ static gnp_status take_cloud(struct run *run, enum gnp_real_section section, con
 		snprintf(row->cloud, sizeof row->cloud, "%s", name);
 		snprintf(row->variant, sizeof row->variant, "%s", variant);
 	}
-	for (size_t c = 0; c < run->table.contender_count && status == GNP_OK; c++) {
+	for (size_t c = 0; c < run->table.method_count && status == GNP_OK; c++) {
 		status = judge(run, c, cloud, row, error);
 		if (status == GNP_OK)
 			status = gnp_task_check(run->task, error);
@@ -225,8 +225,8 @@ static gnp_status add_ablated(struct run *run, const struct gnp_models *models, 
 		enum gnp_ablation_part taken = (enum gnp_ablation_part)part;
 		status = gnp_ablation_models(models, taken, run->plan->points, run->pool, &run->altered[part], error);
 		if (status == GNP_OK)
-			table->contender_count =
-				gnp_real_contender_ablated(run->altered[part], taken, table->contender_count, table->contenders);
+			table->method_count =
+				gnp_real_method_ablated(run->altered[part], taken, table->method_count, table->methods);
 	}
 	return status;
 }
@@ -242,7 +242,7 @@ static gnp_status fill(struct run *run, const struct gnp_models *models, struct 
 {
 	unsigned sections = run->plan->sections;
 	gnp_status status = GNP_OK;
-	run->table.contender_count = gnp_real_contender_list(models, &run->peers, run->table.contenders);
+	run->table.method_count = gnp_real_method_list(models, &run->peers, run->table.methods);
 	log_skipped(run);
 	if (run->plan->ablate)
 		status = add_ablated(run, models, error);
@@ -267,10 +267,10 @@ gnp_status gnp_real_run(const struct gnp_real_plan *plan, const struct gnp_model
 	gnp_real_peers_close(&run.peers);
 	for (int part = 0; part < GNP_ABLATION_PARTS; part++)
 		gnp_models_release(run.altered[part]);
-	for (size_t c = 0; c < run.table.contender_count; c++)
-		if (run.table.contenders[c].part != GNP_ABLATION_NONE) { /* those are gone */
-			run.table.contenders[c].model = NULL;
-			run.table.contenders[c].models = NULL;
+	for (size_t c = 0; c < run.table.method_count; c++)
+		if (run.table.methods[c].part != GNP_ABLATION_NONE) { /* those are gone */
+			run.table.methods[c].model = NULL;
+			run.table.methods[c].models = NULL;
 		}
 	run.table.wall = gnp_clock() - begun;
 	if (status == GNP_OK)

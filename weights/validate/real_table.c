@@ -47,7 +47,7 @@ struct gnp_real_row *gnp_real_table_add(struct gnp_real_table *table)
 	table->rows = rows;
 	struct gnp_real_row *row = &rows[table->row_count++];
 	memset(row, 0, sizeof *row);
-	for (size_t c = 0; c < GNP_REAL_CONTENDERS_MAX; c++)
+	for (size_t c = 0; c < GNP_REAL_METHODS_MAX; c++)
 		for (size_t v = 0; v < GNP_REAL_VARIANTS; v++)
 			row->scores[c][v] = gnp_real_score_none();
 	return row;
@@ -65,57 +65,57 @@ struct gnp_real_mesh_fact *gnp_real_table_add_mesh(struct gnp_real_table *table)
 
 /* ---- Figures ---- */
 
-double gnp_real_table_figure(const struct gnp_real_row *row, size_t contender, size_t variant)
+double gnp_real_table_figure(const struct gnp_real_row *row, size_t method, size_t variant)
 {
-	const struct gnp_real_score *score = &row->scores[contender][variant];
+	const struct gnp_real_score *score = &row->scores[method][variant];
 	return row->section == GNP_REAL_VERTICES ? score->median : score->rms;
 }
 
-size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender)
+size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
 {
 	size_t best = 0;
-	for (size_t v = 1; v < table->contenders[contender].variants; v++)
-		if (gnp_real_table_figure(row, contender, v) < gnp_real_table_figure(row, contender, best))
+	for (size_t v = 1; v < table->methods[method].variants; v++)
+		if (gnp_real_table_figure(row, method, v) < gnp_real_table_figure(row, method, best))
 			best = v;
 	return best;
 }
 
 const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row,
-                                                  size_t contender)
+                                                  size_t method)
 {
-	return &row->scores[contender][gnp_real_table_variant(table, row, contender)];
+	return &row->scores[method][gnp_real_table_variant(table, row, method)];
 }
 
 size_t gnp_real_table_find(const struct gnp_real_table *table, const char *name)
 {
 	size_t c = 0;
-	while (c < table->contender_count && strcmp(table->contenders[c].name, name) != 0)
+	while (c < table->method_count && strcmp(table->methods[c].name, name) != 0)
 		c++;
 	return c;
 }
 
-static double best_figure(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender)
+static double best_figure(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
 {
-	return fmax(gnp_real_table_figure(row, contender, gnp_real_table_variant(table, row, contender)), ANGLE_LEAST);
+	return fmax(gnp_real_table_figure(row, method, gnp_real_table_variant(table, row, method)), ANGLE_LEAST);
 }
 
 /* The smallest figure of the others. */
-static double best_other(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender)
+static double best_other(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
 {
 	double best = INFINITY;
-	for (size_t c = 0; c < table->contender_count; c++)
-		if (c != contender && table->contenders[c].part == GNP_ABLATION_NONE)
+	for (size_t c = 0; c < table->method_count; c++)
+		if (c != method && table->methods[c].part == GNP_ABLATION_NONE)
 			best = fmin(best, best_figure(table, row, c));
 	return best;
 }
 
-static void add_row(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t contender, size_t pca,
+static void add_row(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method, size_t pca,
                     struct gnp_real_summary *sum)
 {
-	const struct gnp_real_score *score = gnp_real_table_score(table, row, contender);
-	double own = best_figure(table, row, contender), other = best_other(table, row, contender);
+	const struct gnp_real_score *score = gnp_real_table_score(table, row, method);
+	double own = best_figure(table, row, method), other = best_other(table, row, method);
 	sum->rows++;
-	sum->ratio += pca < table->contender_count ? own / best_figure(table, row, pca) : NAN;
+	sum->ratio += pca < table->method_count ? own / best_figure(table, row, pca) : NAN;
 	sum->best += own <= other;
 	sum->worst = fmax(sum->worst, own / other);
 	sum->mean += own;
@@ -126,13 +126,13 @@ static void add_row(const struct gnp_real_table *table, const struct gnp_real_ro
 }
 
 struct gnp_real_summary gnp_real_table_summary(const struct gnp_real_table *table, enum gnp_real_section section,
-                                               size_t contender)
+                                               size_t method)
 {
 	struct gnp_real_summary sum = {.least = 1};
 	size_t pca = gnp_real_table_find(table, "pca");
 	for (size_t r = 0; r < table->row_count; r++)
 		if (table->rows[r].section == section)
-			add_row(table, &table->rows[r], contender, pca, &sum);
+			add_row(table, &table->rows[r], method, pca, &sum);
 	sum.ratio /= (double)sum.rows;
 	sum.best /= (double)sum.rows;
 	sum.mean /= (double)sum.rows;

@@ -9,9 +9,9 @@ struct style {
 };
 static const struct style plain = {"", "  ", ""}, bars = {"| ", " | ", " |"};
 
-static bool is_whole(const struct gnp_real_table *table, size_t contender)
+static bool is_whole(const struct gnp_real_table *table, size_t method)
 {
-	return table->contenders[contender].part == GNP_ABLATION_NONE;
+	return table->methods[method].part == GNP_ABLATION_NONE;
 }
 
 static size_t rows_of(const struct gnp_real_table *table, enum gnp_real_section section)
@@ -50,11 +50,11 @@ static void write_share(double share, FILE *out)
 
 /* ---- Summaries ---- */
 
-static void write_summary_row(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender,
+static void write_summary_row(const struct gnp_real_table *table, enum gnp_real_section section, size_t method,
                               const struct style *style, FILE *out)
 {
-	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, contender);
-	fprintf(out, "%s%-12s", style->begin, table->contenders[contender].name);
+	const struct gnp_real_summary sum = gnp_real_table_summary(table, section, method);
+	fprintf(out, "%s%-12s", style->begin, table->methods[method].name);
 	fprintf(out, "%s%6.3f%s%6.1f%s%6.2f%s", style->between, sum.ratio, style->between, 100 * sum.best, style->between,
 	        sum.worst, style->between);
 	write_angle(sum.mean, out);
@@ -79,7 +79,7 @@ static void write_summary(const struct gnp_real_table *table, enum gnp_real_sect
 		fprintf(out, "%s%6s", style->between, heads[i]);
 	fprintf(out, "%s\n", style->end);
 	write_rule(style, 1, HEADS, out);
-	for (size_t c = 0; c < table->contender_count; c++)
+	for (size_t c = 0; c < table->method_count; c++)
 		if (is_whole(table, c))
 			write_summary_row(table, section, c, style, out);
 	fputc('\n', out);
@@ -92,14 +92,14 @@ static void write_cloud(const struct gnp_real_table *table, const struct gnp_rea
 {
 	fprintf(out, "%s%-18s%s%-18s%s%7zu", style->begin, row->cloud, style->between, row->variant, style->between,
 	        row->points);
-	for (size_t c = 0; c < table->contender_count; c++) {
+	for (size_t c = 0; c < table->method_count; c++) {
 		if (!is_whole(table, c))
 			continue;
 		size_t variant = gnp_real_table_variant(table, row, c);
 		char text[32];
 		int length = snprintf(text, sizeof text, "%.2f", gnp_real_table_figure(row, c, variant));
-		if (table->contenders[c].k)
-			snprintf(text + length, sizeof text - (size_t)length, " (%u)", table->contenders[c].k[variant]);
+		if (table->methods[c].k)
+			snprintf(text + length, sizeof text - (size_t)length, " (%u)", table->methods[c].k[variant]);
 		fprintf(out, "%s%11s", style->between, text);
 	}
 	fprintf(out, "%s\n", style->end);
@@ -110,9 +110,9 @@ static void write_clouds(const struct gnp_real_table *table, enum gnp_real_secti
 {
 	size_t columns = 1;
 	fprintf(out, "%s%-18s%s%-18s%s%7s", style->begin, "cloud", style->between, "sampling", style->between, "points");
-	for (size_t c = 0; c < table->contender_count; c++)
+	for (size_t c = 0; c < table->method_count; c++)
 		if (is_whole(table, c)) {
-			fprintf(out, "%s%11s", style->between, table->contenders[c].name);
+			fprintf(out, "%s%11s", style->between, table->methods[c].name);
 			columns++;
 		}
 	fprintf(out, "%s\n", style->end);
@@ -136,9 +136,9 @@ static void write_curvatures(const struct gnp_real_table *table, const struct st
 {
 	fprintf(out, "%s%-18s%s%-18s", style->begin, "relative error of H", style->between, "sampling");
 	size_t columns = 0;
-	for (size_t c = 0; c < table->contender_count; c++)
-		if (is_whole(table, c) && table->contenders[c].kind == GNP_REAL_ESTIMATOR) {
-			fprintf(out, "%s%11s", style->between, table->contenders[c].name);
+	for (size_t c = 0; c < table->method_count; c++)
+		if (is_whole(table, c) && table->methods[c].kind == GNP_REAL_ESTIMATOR) {
+			fprintf(out, "%s%11s", style->between, table->methods[c].name);
 			columns++;
 		}
 	fprintf(out, "%s\n", style->end);
@@ -147,8 +147,8 @@ static void write_curvatures(const struct gnp_real_table *table, const struct st
 		if (table->rows[r].section != GNP_REAL_BODIES)
 			continue;
 		fprintf(out, "%s%-18s%s%-18s", style->begin, table->rows[r].cloud, style->between, table->rows[r].variant);
-		for (size_t c = 0; c < table->contender_count; c++)
-			if (is_whole(table, c) && table->contenders[c].kind == GNP_REAL_ESTIMATOR)
+		for (size_t c = 0; c < table->method_count; c++)
+			if (is_whole(table, c) && table->methods[c].kind == GNP_REAL_ESTIMATOR)
 				write_curvature(table->rows[r].scores[c][0].curvature, style, out);
 		fprintf(out, "%s\n", style->end);
 	}
@@ -159,24 +159,24 @@ static void write_seconds(const struct gnp_real_table *table, const struct style
 {
 	fprintf(out, "%s%-12s%s%8s%s\n", style->begin, "", style->between, "seconds", style->end);
 	write_rule(style, 1, 1, out);
-	for (size_t c = 0; c < table->contender_count; c++)
+	for (size_t c = 0; c < table->method_count; c++)
 		if (is_whole(table, c))
-			fprintf(out, "%s%-12s%s%8.1f%s\n", style->begin, table->contenders[c].name, style->between,
+			fprintf(out, "%s%-12s%s%8.1f%s\n", style->begin, table->methods[c].name, style->between,
 			        table->seconds[c], style->end);
 	fputc('\n', out);
 }
 
 /* ---- Ablation ---- */
 
-/* The mean over the section's rows of a contender's figure over that of the whole one of its name. */
-static double ratio_to_whole(const struct gnp_real_table *table, enum gnp_real_section section, size_t contender)
+/* The mean over the section's rows of a method's figure over that of the whole one of its name. */
+static double ratio_to_whole(const struct gnp_real_table *table, enum gnp_real_section section, size_t method)
 {
-	size_t whole = gnp_real_table_find(table, table->contenders[contender].name), rows = 0;
+	size_t whole = gnp_real_table_find(table, table->methods[method].name), rows = 0;
 	double sum = 0;
 	for (size_t r = 0; r < table->row_count; r++)
 		if (table->rows[r].section == section) {
 			sum +=
-				gnp_real_table_figure(&table->rows[r], contender, 0) / gnp_real_table_figure(&table->rows[r], whole, 0);
+				gnp_real_table_figure(&table->rows[r], method, 0) / gnp_real_table_figure(&table->rows[r], whole, 0);
 			rows++;
 		}
 	return sum / (double)rows;
@@ -189,11 +189,11 @@ static void write_ablation(const struct gnp_real_table *table, const struct styl
 		fprintf(out, "%s%8s", style->between, gnp_real_section_name((unsigned)s));
 	fprintf(out, "%s\n", style->end);
 	write_rule(style, 2, GNP_REAL_SECTIONS, out);
-	for (size_t c = 0; c < table->contender_count; c++) {
+	for (size_t c = 0; c < table->method_count; c++) {
 		if (is_whole(table, c))
 			continue;
-		fprintf(out, "%s%-12s%s%-18s", style->begin, table->contenders[c].name, style->between,
-		        gnp_ablation_name(table->contenders[c].part));
+		fprintf(out, "%s%-12s%s%-18s", style->begin, table->methods[c].name, style->between,
+		        gnp_ablation_name(table->methods[c].part));
 		for (int s = 0; s < GNP_REAL_SECTIONS; s++)
 			if (rows_of(table, (enum gnp_real_section)s) > 0)
 				fprintf(out, "%s%8.3f", style->between, ratio_to_whole(table, (enum gnp_real_section)s, c));

@@ -1,16 +1,21 @@
 /* What an answer says of itself: the whole table of operations, by every estimator, in every format that is written and over both protocols;
  * and the ways it takes there and back. */
 #include "core/network/models.h"
+#include "proto/file/file.h"
+#include "proto/file/formats.h"
 #include "proto/file/result.h"
-#include "proto/format/parameters.h"
+#include "proto/codec/parameters.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 #include "proto/tensor/warnings.h"
 #include "tests/bench/cloud_request.h"
 
 static const char *const estimators[] = {"gnp", "gmls", "adaptive"};
 static struct gnp_models *models;
 static struct gnp_pool *pool;
-static unsigned carried[GNP_FORMAT_COUNT]; /* answers that each format held */
+enum { FORMATS_MAX = 32 };
+static unsigned carried[FORMATS_MAX]; /* answers that each format held */
 
 /* ---- Every operation ---- */
 
@@ -55,14 +60,15 @@ static void check_report(const char *where, const char *operation, const char *e
 	CHECK(good);
 }
 
-static bool has_place(enum gnp_format format)
+static bool has_place(const struct gnp_format *format)
 {
-	return format != GNP_FORMAT_NPY && format != GNP_FORMAT_CSV;
+	return format != &gnp_format_npy && format != &gnp_format_csv;
 }
 
 static void check_formats(const struct gnp_call *call, const struct gnp_response *response, const char *estimator)
 {
-	for (int f = 0; f < GNP_FORMAT_COUNT; f++) {
+	const struct gnp_format *f;
+	for (size_t i = 0; (f = gnp_format_at(i)); i++) {
 		struct gnp_buffer file = {0};
 		struct gnp_values values = {0};
 		if (!gnp_format_writable(f) || gnp_result_check(f, call, NULL) != GNP_OK)
@@ -73,7 +79,7 @@ static void check_formats(const struct gnp_call *call, const struct gnp_response
 			check_report(gnp_format_name(f), call->operation->name, estimator, &values);
 		else
 			CHECK(values.count == 0);
-		carried[f]++;
+		carried[i]++;
 		gnp_values_clear(&values);
 		gnp_buffer_clear(&file);
 	}
@@ -99,7 +105,7 @@ static void check_inference(const struct gnp_call *call, const struct gnp_respon
 	const struct gnp_tensor **tails;
 	size_t count;
 	CHECK(gnp_oip_encode_response(call->operation, &binary, response, &head, &tails, &count, NULL) == GNP_OK);
-	CHECK(gnp_file_parameters(GNP_FORMAT_JSON, head.data, head.size, &values, NULL) == GNP_OK);
+	CHECK(gnp_file_parameters(&gnp_format_json, head.data, head.size, &values, NULL) == GNP_OK);
 	check_report("v2", call->operation->name, estimator, &values);
 	gnp_values_clear(&values);
 	gnp_buffer_clear(&head);
@@ -133,14 +139,15 @@ static void run_one(const struct gnp_operation *operation, const char *estimator
 static void every_answer_names_its_estimator_and_weights(void)
 {
 	const struct gnp_operation *operation;
+	const struct gnp_format *f;
 	memset(carried, 0, sizeof carried);
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
 		for (size_t e = 0; e < sizeof estimators / sizeof *estimators; e++)
 			run_one(operation, estimators[e], strcmp(operation->name, "flow") == 0 ? "steps=2" : "");
 	run_one(gnp_operation_find("estimate"), "gnp", "quantities=mean_curvature weights=noise_70k");
 	run_one(gnp_operation_find("laplacian"), "gnp", "filter=true");
-	for (int f = 0; f < GNP_FORMAT_COUNT; f++)
-		CHECK(!gnp_format_writable(f) || carried[f]);
+	for (size_t i = 0; (f = gnp_format_at(i)); i++)
+		CHECK(!gnp_format_writable(f) || carried[i]);
 }
 
 /* A sphere of 2,000 points, some of noise, of which every 40th lies off the surface. */
@@ -237,12 +244,13 @@ static void files_say_what_they_were_told(void)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_values told = {0};
+	const struct gnp_format *f;
 	add_rows(&tensors);
 	add_some(&told, 13);
-	for (int f = 0; f < GNP_FORMAT_COUNT; f++) {
+	for (size_t i = 0; (f = gnp_format_at(i)); i++) {
 		struct gnp_buffer file = {0};
 		struct gnp_values read = {0};
-		if (!gnp_format_writable(f) || f == GNP_FORMAT_MTX)
+		if (!gnp_format_writable(f) || f == &gnp_format_mtx)
 			continue;
 		CHECK(gnp_file_encode(f, &tensors, &told, &file, NULL) == GNP_OK);
 		CHECK(gnp_file_parameters(f, file.data, file.size, &read, NULL) == GNP_OK);
@@ -274,7 +282,7 @@ static void comments_have_a_line_for_each_warning(void)
 	struct gnp_buffer file = {0};
 	add_rows(&tensors);
 	add_some(&told, 13);
-	CHECK(gnp_file_encode(GNP_FORMAT_XYZ, &tensors, &told, &file, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_xyz, &tensors, &told, &file, NULL) == GNP_OK);
 	CHECK_AT_MOST((double)longest_line(&file), 400);
 	CHECK(gnp_buffer_append(&file, "", 1, NULL) == GNP_OK);
 	CHECK_CONTAINS((const char *)file.data, "\n# warnings kind12: 0");
@@ -290,11 +298,11 @@ static void archives_go_back_in(void)
 	struct gnp_buffer file = {0};
 	add_rows(&tensors);
 	add_some(&told, 1);
-	CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, &told, &file, NULL) == GNP_OK);
-	CHECK(gnp_file_decode(GNP_FORMAT_NPZ, file.data, file.size, NULL, &back, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_npz, &tensors, &told, &file, NULL) == GNP_OK);
+	CHECK(gnp_file_decode(&gnp_format_npz, file.data, file.size, NULL, &back, NULL) == GNP_OK);
 	CHECK(back.count == 1);
 	gnp_tensors_clear(&back);
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPZ, file.data, file.size, &back, NULL) == GNP_OK);
+	CHECK(gnp_file_decode_all(&gnp_format_npz, file.data, file.size, &back, NULL) == GNP_OK);
 	CHECK(back.count == 1);
 	gnp_tensors_clear(&back);
 	gnp_buffer_clear(&file);
@@ -313,10 +321,10 @@ static void somebody_elses_parameters_are_an_array(void)
 	add_rows(&tensors);
 	CHECK(gnp_tensors_add(&tensors, GNP_PARAMETERS_NAME, GNP_FP64, 1, &count, &mine, NULL) == GNP_OK);
 	memset(mine->data, 0, mine->size);
-	CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, NULL, &file, NULL) == GNP_OK);
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPZ, file.data, file.size, &back, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_npz, &tensors, NULL, &file, NULL) == GNP_OK);
+	CHECK(gnp_file_decode_all(&gnp_format_npz, file.data, file.size, &back, NULL) == GNP_OK);
 	CHECK(back.count == 2);
-	CHECK(gnp_file_parameters(GNP_FORMAT_NPZ, file.data, file.size, &read, NULL) == GNP_OK && read.count == 0);
+	CHECK(gnp_file_parameters(&gnp_format_npz, file.data, file.size, &read, NULL) == GNP_OK && read.count == 0);
 	gnp_tensors_clear(&back);
 	gnp_buffer_clear(&file);
 	gnp_tensors_clear(&tensors);
@@ -328,10 +336,10 @@ static void comments_of_others_are_shown(void)
 	                          "comment\nelement vertex 0\nend_header\ncomment no more\n";
 	static const char vtk[] = "# vtk DataFile Version 3.0\nA title\nASCII\n", mtx[] = "%%MatrixMarket matrix\n% a b\n1 1 0\n% c d\n";
 	const struct {
-		enum gnp_format format;
+		const struct gnp_format *format;
 		const char *text, *name, *value;
-	} files[] = {{GNP_FORMAT_XYZ, xyz, "made", "by hand"}, {GNP_FORMAT_PLY, ply, "by", "me"}, {GNP_FORMAT_VTK, vtk, "A", "title"},
-	             {GNP_FORMAT_MTX, mtx, "a", "b"}};
+	} files[] = {{&gnp_format_xyz, xyz, "made", "by hand"}, {&gnp_format_ply, ply, "by", "me"}, {&gnp_format_vtk, vtk, "A", "title"},
+	             {&gnp_format_mtx, mtx, "a", "b"}};
 	for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
 		struct gnp_values read = {0};
 		CHECK(gnp_file_parameters(files[i].format, (const unsigned char *)files[i].text, strlen(files[i].text), &read, NULL) == GNP_OK);

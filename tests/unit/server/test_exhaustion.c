@@ -12,9 +12,18 @@
 #include "proto/file/file.h"
 #include "proto/json/json_memory.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
+#include "core/base/pool.h"
+#include "server/access/guard.h"
+#include "server/api/openapi.h"
 #include "server/api/request.h"
 #include "server/api/routes.h"
 #include "server/api/server.h"
+#include "server/base/log.h"
+#include "server/config/config.h"
+#include "server/jobs/job_watch.h"
+#include "server/jobs/jobs.h"
+#include "server/work/loader.h"
 
 void *__real_malloc(size_t size);
 void *__real_calloc(size_t count, size_t size);
@@ -44,7 +53,9 @@ char *__wrap_strndup(const char *text, size_t size) { return doomed() ? NULL : _
 enum { COUNT = 60 };
 
 static struct gnpd_config config;
-static struct gnpd_server server = {.config = &config};
+static struct gnpd_log events;
+static struct gnpd_metrics metrics;
+static struct gnpd_server server = {.engine = {.config = &config, .log = &events, .metrics = &metrics}};
 
 /* One kind of request. */
 struct kind {
@@ -125,7 +136,7 @@ static void sweep(const struct kind *kind)
 			if (code != kind->code && code != 503 && code != 0)
 				fprintf(stderr, "%s, %s: allocation %ld of %ld: code %d\n", kind->uri, kind->content_type ? kind->content_type : "", number, all, code);
 			CHECK(code == kind->code || code == 503 || code == 0);
-			CHECK(gnpd_queue_state(server.queue).bytes == 0);
+			CHECK(gnpd_queue_state(server.engine.queue).bytes == 0);
 		}
 	CHECK(refused > 0);
 }
@@ -148,7 +159,7 @@ static void make_cloud(struct gnp_tensors *tensors, const char *extra)
 		((double *)tensor->data)[i] = 1 - (2 * (double)i + 1) / COUNT;
 }
 
-static void sweep_format(enum gnp_format format, const char *uri)
+static void sweep_format(const struct gnp_format *format, const char *uri)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_buffer body = {0};
@@ -161,11 +172,11 @@ static void sweep_format(enum gnp_format format, const char *uri)
 
 static void files_in_and_out(void)
 {
-	sweep_format(GNP_FORMAT_PLY, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_NPY, "/v1/estimate?estimator=gmls&k=20&format=json");
-	sweep_format(GNP_FORMAT_NPZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_XYZ, "/v1/estimate?estimator=gmls&k=20");
-	sweep_format(GNP_FORMAT_JSON, "/v1/estimate?estimator=gmls&k=20&format=vtk");
+	sweep_format(&gnp_format_ply, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_npy, "/v1/estimate?estimator=gmls&k=20&format=json");
+	sweep_format(&gnp_format_npz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_xyz, "/v1/estimate?estimator=gmls&k=20");
+	sweep_format(&gnp_format_json, "/v1/estimate?estimator=gmls&k=20&format=vtk");
 }
 
 static void sweep_text(const char *uri, const char *content_type, const char *head, const char *row)
@@ -198,7 +209,7 @@ static void compressed_bodies(void)
 	unsigned char packed[4096];
 	uLongf size = sizeof packed;
 	make_cloud(&tensors, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, NULL, &body, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, NULL, &body, NULL) == GNP_OK);
 	CHECK(compress(packed, &size, body.data, body.size) == Z_OK);
 	sweep(&(struct kind){.uri = "/v1/estimate?estimator=gmls&k=20", .encoding = "deflate", .body = packed, .size = size, .code = 200});
 	gnp_buffer_clear(&body);
@@ -266,13 +277,17 @@ static bool start(char *folder)
 	gnpd_config_defaults(&config);
 	config.access_log = false;
 	snprintf(config.weights_dir, sizeof config.weights_dir, "%s", folder);
-	gnpd_log_init(&server.log, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
-	gnpd_metrics_init(&server.metrics);
+	gnpd_log_init(&events, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY)); /* it warns of the empty folder */
+	gnpd_metrics_init(&metrics);
 	gnp_json_memory_init();
-	return gnp_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &server.pool, NULL) == GNP_OK &&
-	       gnpd_loader_create(&server, &server.loader, NULL) == GNP_OK && gnp_prepared_cache_create(0, &server.cache, NULL) == GNP_OK &&
-	       gnpd_queue_create(1, 10, 1u << 30, &server.queue, NULL) == GNP_OK && gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
-	       gnpd_watchers_create(&server, &server.watchers, NULL) == GNP_OK && gnpd_jobs_create(&server, &server.jobs, NULL) == GNP_OK;
+	struct gnpd_engine *engine = &server.engine;
+	return gnpd_openapi_write(&server.openapi, NULL) == GNP_OK && gnp_pool_create(2, &engine->pool, NULL) == GNP_OK &&
+	       gnpd_loader_create(engine, &engine->loader, NULL) == GNP_OK &&
+	       gnp_prepared_cache_create(0, &engine->cache, NULL) == GNP_OK &&
+	       gnpd_queue_create(1, 10, 1u << 30, &engine->queue, NULL) == GNP_OK &&
+	       gnpd_guard_create("", &server.guard, NULL) == GNP_OK &&
+	       gnpd_watchers_create(&config, &server.watchers, NULL) == GNP_OK &&
+	       gnpd_jobs_create(engine, server.watchers, &server.jobs, NULL) == GNP_OK;
 }
 
 int main(int argc, char **argv)
@@ -286,13 +301,13 @@ int main(int argc, char **argv)
 	gnpd_jobs_free(server.jobs);
 	gnpd_watchers_free(server.watchers);
 	gnpd_guard_free(server.guard);
-	gnpd_queue_free(server.queue);
-	gnp_prepared_cache_free(server.cache);
-	gnpd_loader_free(server.loader);
-	gnp_pool_free(server.pool);
+	gnpd_queue_free(server.engine.queue);
+	gnp_prepared_cache_free(server.engine.cache);
+	gnpd_loader_free(server.engine.loader);
+	gnp_pool_free(server.engine.pool);
 	gnp_buffer_clear(&server.openapi);
-	close(server.log.fd);
-	gnpd_log_fini(&server.log);
+	close(events.fd);
+	gnpd_log_fini(&events);
 	rmdir(folder);
 	return failed;
 }

@@ -2,7 +2,8 @@
 #include "tests/unit/test.h"
 
 #include "core/base/names.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
+#include "proto/operation/parameter.h"
 
 static const char *text_of(struct gnp_names *names, const char *given, const char *const *known, size_t count)
 {

@@ -2,7 +2,7 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/cloud/pca.h"
+#include "core/linear/pca.h"
 #include "tests/unit/test.h"
 
 enum { MOST = 4000, NEAR = 17 };

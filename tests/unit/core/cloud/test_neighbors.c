@@ -1,6 +1,9 @@
-#include "core/cloud/neighbors.h"
+#include "core/cloud/neighborhoods.h"
+
+#include <malloc.h>
 
 #include "core/cloud/order.h"
+#include "tests/oracles/index_plain.h"
 #include "tests/unit/test.h"
 
 struct entry {
@@ -163,8 +166,8 @@ static void check_neighborhoods(size_t cloud, size_t count, size_t k, double rat
 			faults += row_faults(want, rows.index + at, rows.distance + at, length, within > most);
 	}
 	if (faults)
-		fprintf(stderr, "%s: count %zu, k %zu, ratio %g, most %zu: %d faults\n", clouds[cloud].name, count, k, ratio, most,
-		        faults);
+		fprintf(stderr, "%s: count %zu, k %zu, ratio %g, most %zu: %d faults\n", clouds[cloud].name, count, k, ratio,
+		        most, faults);
 	CHECK(faults == 0);
 	gnp_neighbors_free(neighbors);
 	gnp_scratch_free(scratch);
@@ -262,6 +265,81 @@ static void nearest_neighbours_of_any_place_are_those_of_brute_force(void)
 	free(distance);
 }
 
+/* How many entries of two answers differ; a tie at the end of a row cut to `most` may fall either way. */
+static int differences(const struct gnp_neighborhoods *a, const struct gnp_neighborhoods *b, size_t most)
+{
+	int faults = memcmp(a->start, b->start, (a->count + 1) * sizeof *a->start) != 0;
+	faults += memcmp(a->r_k, b->r_k, a->count * sizeof *a->r_k) != 0;
+	for (size_t r = 0; r < a->count && !faults; r++) {
+		size_t end = a->start[r + 1];
+		bool cut = end - a->start[r] == most;
+		for (size_t e = a->start[r]; e < end; e++) {
+			bool tied = cut && a->distance[e] == a->distance[end - 1];
+			faults += a->distance[e] != b->distance[e] || (!tied && a->index[e] != b->index[e]);
+		}
+	}
+	return faults;
+}
+
+static void check_kinds(size_t cloud, size_t count, size_t k, double ratio, size_t most)
+{
+	static const struct gnp_index_kind *const kinds[2] = {&gnp_index_flann, &plain_index};
+	double *points = make_cloud(cloud, count);
+	uint32_t *centres = malloc(count * sizeof *centres);
+	struct gnp_neighbors *neighbors[2] = {NULL};
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	struct gnp_neighborhoods rows[2];
+	for (size_t i = 0; i < count; i++)
+		centres[i] = (uint32_t)i;
+	for (int n = 0; n < 2; n++) {
+		CHECK(gnp_neighbors_build_on(kinds[n], points, count, &neighbors[n], NULL) == GNP_OK);
+		CHECK(gnp_neighborhoods_find(neighbors[n], centres, count, k, ratio, most, scratch, &rows[n], NULL) == GNP_OK);
+	}
+	int faults = differences(&rows[0], &rows[1], most);
+	if (faults)
+		fprintf(stderr, "%s: k %zu, ratio %g, most %zu: %d differences\n", clouds[cloud].name, k, ratio, most, faults);
+	CHECK(faults == 0);
+	for (int n = 0; n < 2; n++)
+		gnp_neighbors_free(neighbors[n]);
+	gnp_scratch_free(scratch);
+	free(points);
+	free(centres);
+}
+
+/* Ties included: a lattice and coincident points have hardly anything else. */
+static void another_search_tree_gives_the_same_rows(void)
+{
+	for (size_t cloud = 0; cloud < CLOUDS; cloud++) {
+		check_kinds(cloud, 1331, 30, 1.65, 1331);
+		check_kinds(cloud, 1331, 17, 1, 68);
+		check_kinds(cloud, 900, 20, 2, 25);
+	}
+}
+
+/* In use by the C library, as far as it tells. */
+static size_t bytes_in_use(void)
+{
+	struct mallinfo2 info = mallinfo2();
+	return info.uordblks + info.hblkhd;
+}
+
+static void memory_is_what_is_said(void)
+{
+	enum { COUNT = 40000 };
+	for (size_t cloud = 0; cloud < 2; cloud++) {
+		double *points = make_cloud(cloud, COUNT);
+		struct gnp_neighbors *neighbors = NULL;
+		size_t before = bytes_in_use();
+		CHECK(gnp_neighbors_build(points, COUNT, &neighbors, NULL) == GNP_OK);
+		size_t taken = bytes_in_use() - before, said = gnp_neighbors_bytes(neighbors);
+		if (before) /* sanitizers do not tell */
+			CHECK(said >= taken && said < 2 * taken);
+		CHECK(gnp_neighbors_count(neighbors) == COUNT && gnp_neighbors_points(neighbors) == points);
+		gnp_neighbors_free(neighbors);
+		free(points);
+	}
+}
+
 /* The search read and wrote by the numbers of points that nobody had given. */
 static void places_that_are_not_finite_are_refused(void)
 {
@@ -325,6 +403,8 @@ int main(int argc, char **argv)
 		TEST(rows_are_cut_to_the_nearest),
 		TEST(centres_may_come_in_any_order),
 		TEST(nearest_neighbours_of_any_place_are_those_of_brute_force),
+		TEST(another_search_tree_gives_the_same_rows),
+		TEST(memory_is_what_is_said),
 		TEST(places_that_are_not_finite_are_refused),
 		TEST(wrong_requests_name_value_and_limit),
 	};

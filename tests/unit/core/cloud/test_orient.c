@@ -1,11 +1,11 @@
 #include <math.h>
 
+#include "core/base/forest.h"
 #include "core/cloud/distinct.h"
-#include "core/cloud/forest.h"
 #include "core/cloud/order.h"
 #include "core/cloud/orient.h"
 #include "core/cloud/outward.h"
-#include "core/cloud/pca.h"
+#include "core/linear/pca.h"
 #include "core/shapes/shapes.h"
 #include "tests/unit/test.h"
 

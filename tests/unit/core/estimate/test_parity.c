@@ -16,7 +16,7 @@ static void load(void)
 	size_t size = fread(body, 1, sizeof body, file);
 	fclose(file);
 	CHECK(size < sizeof body);
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPZ, body, size, &frozen, NULL) == GNP_OK);
+	CHECK(gnp_file_decode_all(&gnp_format_npz, body, size, &frozen, NULL) == GNP_OK);
 }
 
 static const double *doubles(const char *name, size_t count)

@@ -3,7 +3,10 @@
 
 #include <stdint.h>
 
+#include "proto/file/file.h"
 #include "proto/file/result.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 enum { N = 4, M = 3 };
 
@@ -35,7 +38,7 @@ static void make_filtered(struct gnp_response *response)
 	CHECK(gnp_values_add_integer(&response->parameters, "kept", M, NULL) == GNP_OK);
 }
 
-static void encode(enum gnp_format format, struct gnp_response *response, struct gnp_buffer *file)
+static void encode(const struct gnp_format *format, struct gnp_response *response, struct gnp_buffer *file)
 {
 	struct gnp_request request = {0};
 	struct gnp_error error = {0};
@@ -53,14 +56,14 @@ static void rows_leave_out_what_has_others_and_say_so(void)
 	struct gnp_response response = {0};
 	struct gnp_buffer xyz = {0}, ply = {0}, vtk = {0};
 	make_filtered(&response);
-	encode(GNP_FORMAT_XYZ, &response, &xyz);
+	encode(&gnp_format_xyz, &response, &xyz);
 	CHECK_STRING((const char *)xyz.data, "# left_out keep\n# kept 3\n# x y z index step time\n0 0 0 0 0 0\n1 0 0 2 10 0.1\n0 1 0 3 20 1e-20\n");
 	make_filtered(&response);
-	encode(GNP_FORMAT_PLY, &response, &ply);
+	encode(&gnp_format_ply, &response, &ply);
 	CHECK_CONTAINS((const char *)ply.data, "comment left_out keep\ncomment kept 3\nelement vertex 3\n");
 	CHECK(!strstr((const char *)ply.data, "scalar_keep"));
 	make_filtered(&response);
-	encode(GNP_FORMAT_VTK, &response, &vtk);
+	encode(&gnp_format_vtk, &response, &vtk);
 	CHECK_CONTAINS((const char *)vtk.data, "\nleft_out keep,kept 3,gnpd\n");
 	gnp_buffer_clear(&xyz);
 	gnp_buffer_clear(&ply);
@@ -73,7 +76,7 @@ static void outputs_without_points_stand_beside_the_cloud(void)
 	struct gnp_buffer xyz = {0};
 	add(&response.outputs, "keep", GNP_BOOL, 1, N, keep);
 	add(&response.outputs, "index", GNP_INT64, 1, M, positions);
-	encode(GNP_FORMAT_XYZ, &response, &xyz);
+	encode(&gnp_format_xyz, &response, &xyz);
 	CHECK_STRING((const char *)xyz.data, "# left_out index\n# x y z keep\n0 0 0 1\n1 0 0 0\n0 1 0 1\n0 0 1 1\n");
 	gnp_buffer_clear(&xyz);
 }
@@ -87,13 +90,13 @@ static void nothing_to_carry_is_an_error(void)
 	make_request(&request);
 	add(&response.outputs, "index", GNP_INT64, 1, M, positions);
 	add(&response.outputs, "record", GNP_FP64, 2, M, cloud);
-	CHECK(gnp_result_encode(GNP_FORMAT_PLY, &request, &response, &file, &error) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_result_encode(&gnp_format_ply, &request, &response, &file, &error) == GNP_NOT_ACCEPTABLE);
 	CHECK_STRING(error.text, "ply: the points have 4 rows, and other numbers of rows have index, record: ask for npz or json");
 	gnp_request_clear(&request);
 	error = (struct gnp_error){0};
-	CHECK(gnp_result_encode(GNP_FORMAT_XYZ, &request, &response, &file, &error) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_result_encode(&gnp_format_xyz, &request, &response, &file, &error) == GNP_NOT_ACCEPTABLE);
 	CHECK_STRING(error.text, "xyz: needs points (n,3)");
-	CHECK(gnp_result_encode(GNP_FORMAT_NPZ, &request, &response, &file, NULL) == GNP_OK);
+	CHECK(gnp_result_encode(&gnp_format_npz, &request, &response, &file, NULL) == GNP_OK);
 	gnp_response_clear(&response);
 	gnp_buffer_clear(&file);
 }
@@ -110,14 +113,14 @@ static void check_field(const struct gnp_tensors *tensors, const char *name, enu
 static void every_type_survives_every_format(void)
 {
 	static const struct {
-		enum gnp_format format;
+		const struct gnp_format *format;
 		enum gnp_datatype keep, index, huge, step, time;
 	} cases[] = {
-		{GNP_FORMAT_NPZ, GNP_BOOL, GNP_INT64, GNP_INT64, GNP_UINT64, GNP_FP64},
-		{GNP_FORMAT_JSON, GNP_BOOL, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
-		{GNP_FORMAT_PLY, GNP_UINT8, GNP_INT32, GNP_FP64, GNP_INT32, GNP_FP64},
-		{GNP_FORMAT_XYZ, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
-		{GNP_FORMAT_CSV, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
+		{&gnp_format_npz, GNP_BOOL, GNP_INT64, GNP_INT64, GNP_UINT64, GNP_FP64},
+		{&gnp_format_json, GNP_BOOL, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
+		{&gnp_format_ply, GNP_UINT8, GNP_INT32, GNP_FP64, GNP_INT32, GNP_FP64},
+		{&gnp_format_xyz, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
+		{&gnp_format_csv, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64, GNP_FP64},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
 		struct gnp_response response = {0};
@@ -152,11 +155,11 @@ static void vtk_and_npy_hold_every_type(void)
 	add(&response.outputs, "keep", GNP_BOOL, 1, M, keep);
 	add(&response.outputs, "index", GNP_INT64, 1, M, positions);
 	add(&response.outputs, "huge", GNP_INT64, 1, M, huge);
-	encode(GNP_FORMAT_VTK, &response, &vtk);
+	encode(&gnp_format_vtk, &response, &vtk);
 	CHECK(memmem(vtk.data, vtk.size, "keep 1 3 unsigned_char\n\1\0\1\nindex 1 3 int\n\0\0\0\0\0\0\0\2\0\0\0\3\nhuge 1 3 double\n", 69));
 	add(&response.outputs, "keep", GNP_BOOL, 1, N, keep);
-	encode(GNP_FORMAT_NPY, &response, &npy);
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPY, npy.data, npy.size, &back, NULL) == GNP_OK);
+	encode(&gnp_format_npy, &response, &npy);
+	CHECK(gnp_file_decode_all(&gnp_format_npy, npy.data, npy.size, &back, NULL) == GNP_OK);
 	CHECK(back.count == 1 && back.items[0].datatype == GNP_BOOL && back.items[0].shape[0] == N);
 	gnp_tensors_clear(&back);
 	gnp_buffer_clear(&npy);
@@ -168,32 +171,32 @@ static void formats_are_judged_before_the_work(void)
 {
 	static const struct {
 		const char *operation, *name, *value;
-		enum gnp_format format;
+		const struct gnp_format *format;
 		bool fits;
 		const char *refusal; /* "" where it is taken when asked for */
 	} cases[] = {
-		{"estimate", "", "", GNP_FORMAT_PLY, true, ""},
-		{"estimate", "", "", GNP_FORMAT_NPZ, true, ""},
-		{"estimate", "", "", GNP_FORMAT_NPY, false, "npy: holds one array beside points, the answer has 3: ask for npz or one output"},
-		{"estimate", "quantities", "normals", GNP_FORMAT_NPY, true, ""},
-		{"estimate", "", "", GNP_FORMAT_MTX, false, "mtx: needs row_offsets, columns and values, a sparse matrix, which estimate does not answer"},
-		{"filter", "", "", GNP_FORMAT_PLY, true, ""}, /* keep and deviation may be left out */
-		{"filter", "outputs", "all", GNP_FORMAT_XYZ, true, ""},
-		{"filter", "outputs", "keep,points", GNP_FORMAT_PLY, false, ""}, /* unless they are named */
-		{"filter", "outputs", "keep", GNP_FORMAT_PLY, true, ""},
-		{"filter", "outputs", "points", GNP_FORMAT_NPY, true, ""},
-		{"filter", "outputs", "index", GNP_FORMAT_PLY, false, ""}, /* all points may be kept */
-		{"flow", "", "", GNP_FORMAT_PLY, true, ""},
-		{"flow", "outputs", "record", GNP_FORMAT_PLY, false, ""},
-		{"laplacian", "", "", GNP_FORMAT_MTX, true, ""},
-		{"laplacian", "", "", GNP_FORMAT_PLY, false, ""}, /* kept has a row a point, the operator has not */
-		{"laplacian", "outputs", "values,columns", GNP_FORMAT_PLY, false, "ply: the points have 200 rows, and none of the outputs has"},
-		{"laplacian", "outputs", "values", GNP_FORMAT_MTX, false, "mtx: needs row_offsets, columns and values"},
-		{"laplacian", "", "", GNP_FORMAT_JSON, true, ""},
-		{"spectrum", "", "", GNP_FORMAT_PLY, false, ""},
-		{"spectrum", "outputs", "eigenvectors", GNP_FORMAT_PLY, true, ""},
-		{"spectrum", "outputs", "eigenvalues", GNP_FORMAT_VTK, false, "vtk: the points have 200 rows, and none of the outputs has"},
-		{"geodesic", "", "", GNP_FORMAT_NPY, true, ""},
+		{"estimate", "", "", &gnp_format_ply, true, ""},
+		{"estimate", "", "", &gnp_format_npz, true, ""},
+		{"estimate", "", "", &gnp_format_npy, false, "npy: holds one array beside points, the answer has 3: ask for npz or one output"},
+		{"estimate", "quantities", "normals", &gnp_format_npy, true, ""},
+		{"estimate", "", "", &gnp_format_mtx, false, "mtx: needs row_offsets, columns and values, a sparse matrix, which estimate does not answer"},
+		{"filter", "", "", &gnp_format_ply, true, ""}, /* keep and deviation may be left out */
+		{"filter", "outputs", "all", &gnp_format_xyz, true, ""},
+		{"filter", "outputs", "keep,points", &gnp_format_ply, false, ""}, /* unless they are named */
+		{"filter", "outputs", "keep", &gnp_format_ply, true, ""},
+		{"filter", "outputs", "points", &gnp_format_npy, true, ""},
+		{"filter", "outputs", "index", &gnp_format_ply, false, ""}, /* all points may be kept */
+		{"flow", "", "", &gnp_format_ply, true, ""},
+		{"flow", "outputs", "record", &gnp_format_ply, false, ""},
+		{"laplacian", "", "", &gnp_format_mtx, true, ""},
+		{"laplacian", "", "", &gnp_format_ply, false, ""}, /* kept has a row a point, the operator has not */
+		{"laplacian", "outputs", "values,columns", &gnp_format_ply, false, "ply: the points have 200 rows, and none of the outputs has"},
+		{"laplacian", "outputs", "values", &gnp_format_mtx, false, "mtx: needs row_offsets, columns and values"},
+		{"laplacian", "", "", &gnp_format_json, true, ""},
+		{"spectrum", "", "", &gnp_format_ply, false, ""},
+		{"spectrum", "outputs", "eigenvectors", &gnp_format_ply, true, ""},
+		{"spectrum", "outputs", "eigenvalues", &gnp_format_vtk, false, "vtk: the points have 200 rows, and none of the outputs has"},
+		{"geodesic", "", "", &gnp_format_npy, true, ""},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
 		enum { POINTS = 200 };
@@ -228,8 +231,8 @@ static void too_many_columns_are_known_before(void)
 		CHECK(gnp_tensors_add(&request.inputs, "source", GNP_UINT8, 2, (size_t[]){POINTS, sides}, &tensor, NULL) == GNP_OK);
 		gnp_values_add_string(&request.parameters, "estimator", "gmls", NULL);
 		CHECK(gnp_call_prepare(gnp_operation_find("poisson"), &request, NULL, &call, NULL) == GNP_OK);
-		CHECK(gnp_result_fits(GNP_FORMAT_PLY, &call) == (sides == 4000));
-		CHECK(gnp_result_check(GNP_FORMAT_PLY, &call, &error) == (sides == 4000 ? GNP_OK : GNP_NOT_ACCEPTABLE));
+		CHECK(gnp_result_fits(&gnp_format_ply, &call) == (sides == 4000));
+		CHECK(gnp_result_check(&gnp_format_ply, &call, &error) == (sides == 4000 ? GNP_OK : GNP_NOT_ACCEPTABLE));
 		CHECK_STRING(error.text, sides == 4000 ? "" : "ply: more than 4096 columns: ask for npz");
 		gnp_request_clear(&request);
 	}

@@ -6,8 +6,11 @@
 
 #include "proto/file/content_encoding.h"
 #include "proto/file/file.h"
-#include "proto/format/parameters.h"
+#include "proto/codec/parameters.h"
+#include "proto/file/formats.h"
 #include "proto/oip/oip.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 static int rounds = 300;
 
@@ -60,7 +63,7 @@ static const struct gnp_parameter parameters[] = {{.name = "k"}};
 static const struct gnp_operation operation = {.inputs = inputs, .input_count = 2, .parameters = parameters, .parameter_count = 1};
 static const struct gnp_file_wants wants = {1000, inputs, 2, &operation};
 
-static void try_file(enum gnp_format format, const unsigned char *data, size_t size)
+static void try_file(const struct gnp_format *format, const unsigned char *data, size_t size)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0}, second = {0};
@@ -78,7 +81,7 @@ static void try_file(enum gnp_format format, const unsigned char *data, size_t s
 	gnp_values_clear(&said);
 }
 
-static void fuzz_file(enum gnp_format format, const void *data, size_t size)
+static void fuzz_file(const struct gnp_format *format, const void *data, size_t size)
 {
 	uint64_t state = 0x9e3779b97f4a7c15u + (uint64_t)format;
 	for (int i = 0; i < rounds; i++) {
@@ -93,15 +96,16 @@ static void damaged_files_are_answered(void)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_values said = {0};
+	const struct gnp_format *f;
 	make_cloud(&tensors);
 	CHECK(gnp_values_add_string(&said, "estimator", "gnp", NULL) == GNP_OK);
 	CHECK(gnp_values_add_string(&said, "warnings", "mean: removed; heat: more", NULL) == GNP_OK);
-	for (int f = 0; f < GNP_FORMAT_COUNT; f++) {
+	for (size_t i = 0; (f = gnp_format_at(i)); i++) {
 		struct gnp_buffer file = {0};
-		if (!gnp_format_writable(f) || f == GNP_FORMAT_MTX)
+		if (!gnp_format_writable(f) || f == &gnp_format_mtx)
 			continue;
 		size_t count = tensors.count;
-		tensors.count = f == GNP_FORMAT_NPY ? 1 : count;
+		tensors.count = f == &gnp_format_npy ? 1 : count;
 		CHECK(gnp_file_encode(f, &tensors, &said, &file, NULL) == GNP_OK);
 		tensors.count = count;
 		fuzz_file(f, file.data, file.size);
@@ -122,12 +126,12 @@ static void damaged_hand_made_files_are_answered(void)
 	static const char ascii[] = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 2\nDATA ascii\n1 2 3\n4 nan 6\n";
 	static const char obj[] = "v 1 2 3\nv 4 5 6\nvn 0 0 1\nvn 0 1 0\n";
 	static const char npy[] = "\x93NUMPY\1\0\x3a\0{'descr': '>i2', 'fortran_order': True, 'shape': (2, 3), }\n123456789012";
-	fuzz_file(GNP_FORMAT_PLY, ply, sizeof ply - 1);
-	fuzz_file(GNP_FORMAT_PLY, big, sizeof big - 1);
-	fuzz_file(GNP_FORMAT_PCD, pcd, sizeof pcd - 1);
-	fuzz_file(GNP_FORMAT_PCD, ascii, sizeof ascii - 1);
-	fuzz_file(GNP_FORMAT_OBJ, obj, sizeof obj - 1);
-	fuzz_file(GNP_FORMAT_NPY, npy, sizeof npy - 1);
+	fuzz_file(&gnp_format_ply, ply, sizeof ply - 1);
+	fuzz_file(&gnp_format_ply, big, sizeof big - 1);
+	fuzz_file(&gnp_format_pcd, pcd, sizeof pcd - 1);
+	fuzz_file(&gnp_format_pcd, ascii, sizeof ascii - 1);
+	fuzz_file(&gnp_format_obj, obj, sizeof obj - 1);
+	fuzz_file(&gnp_format_npy, npy, sizeof npy - 1);
 }
 
 static void fuzz_oip(const unsigned char *body, size_t size, size_t header, uint64_t *state)

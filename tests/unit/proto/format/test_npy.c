@@ -47,7 +47,7 @@ static void check_array(const char *folder, const char *name, bool is_unsigned, 
 	unsigned char *data = read_file(folder, name, &size);
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPY, data, size, &tensors, &error) == GNP_OK);
+	CHECK(gnp_file_decode_all(&gnp_format_npy, data, size, &tensors, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	const struct gnp_tensor *tensor = tensors.count ? &tensors.items[0] : NULL;
 	CHECK(tensor && tensor->rank == rank && tensor->size == count * gnp_datatype_size(tensor->datatype));
@@ -81,20 +81,20 @@ static void check_archive(const char *folder, const char *name)
 	unsigned char *data = read_file(folder, name, &size);
 	struct gnp_tensors tensors = {0}, all = {0};
 	struct gnp_error error = {0}, limit = {0};
-	CHECK(gnp_file_decode(GNP_FORMAT_NPZ, data, size, NULL, &tensors, &error) == GNP_OK);
+	CHECK(gnp_file_decode(&gnp_format_npz, data, size, NULL, &tensors, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	const struct gnp_tensor *points = gnp_tensors_find(&tensors, "points"), *normals = gnp_tensors_find(&tensors, "normals");
 	CHECK(tensors.count == 2 && points && points->datatype == GNP_FP32 && points->shape[0] == 6);
 	CHECK(points && gnp_tensor_get(points, 17) == 79);
 	CHECK(normals && normals->datatype == GNP_FP64 && gnp_tensor_get(normals, 17) == 79);
-	CHECK(gnp_file_decode(GNP_FORMAT_NPZ, data, size, &(struct gnp_file_wants){.max_points = 5}, &tensors, &limit) == GNP_TOO_LARGE);
+	CHECK(gnp_file_decode(&gnp_format_npz, data, size, &(struct gnp_file_wants){.max_points = 5}, &tensors, &limit) == GNP_TOO_LARGE);
 	CHECK_STRING(limit.text, "points: got 6, need at most 5");
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPZ, data, size, &all, NULL) == GNP_OK);
+	CHECK(gnp_file_decode_all(&gnp_format_npz, data, size, &all, NULL) == GNP_OK);
 	CHECK(all.count == 3 && gnp_tensors_find(&all, "xyz") && gnp_tensors_find(&all, "extra")->rank == 3);
 	for (size_t cut = 0; cut < size; cut += 7)
-		CHECK(gnp_file_decode(GNP_FORMAT_NPZ, data, cut, NULL, &tensors, NULL) == GNP_INVALID_ARGUMENT);
+		CHECK(gnp_file_decode(&gnp_format_npz, data, cut, NULL, &tensors, NULL) == GNP_INVALID_ARGUMENT);
 	data[150] ^= 0x40; /* in the first array: its checksum is wrong now */
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPZ, data, size, &all, NULL) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode_all(&gnp_format_npz, data, size, &all, NULL) == GNP_INVALID_ARGUMENT);
 	gnp_tensors_clear(&tensors);
 	gnp_tensors_clear(&all);
 	free(data);
@@ -106,7 +106,7 @@ static void check_refused_file(const char *folder, const char *name, const char 
 	unsigned char *data = read_file(folder, name, &size);
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
-	CHECK(gnp_file_decode_all(GNP_FORMAT_NPY, data, size, &tensors, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode_all(&gnp_format_npy, data, size, &tensors, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, want);
 	free(data);
 }
@@ -125,14 +125,14 @@ static void write_ours(const char *folder)
 	gnp_tensors_add_data(&tensors, "points", GNP_FP32, 2, vectors, points, false, NULL, NULL);
 	gnp_tensors_add_data(&tensors, "metric", GNP_FP64, 3, matrix, metric, false, NULL, NULL);
 	struct gnp_error error = {0};
-	CHECK(gnp_file_encode(GNP_FORMAT_NPY, &tensors, NULL, &buffer, &error) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_npy, &tensors, NULL, &buffer, &error) == GNP_OK);
 	write_file(folder, "ours.npy", &buffer);
 	buffer.size = 0;
 	gnp_tensors_add_data(&tensors, "flags", GNP_BOOL, 1, &rows, flags, false, NULL, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_NPY, &tensors, NULL, &buffer, &error) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_file_encode(&gnp_format_npy, &tensors, NULL, &buffer, &error) == GNP_NOT_ACCEPTABLE);
 	CHECK_CONTAINS(error.text, "npy: holds one array beside points, got 3");
 	gnp_values_add_string(&comments, "estimator", "gmls", NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, &comments, &buffer, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_npz, &tensors, &comments, &buffer, NULL) == GNP_OK);
 	write_file(folder, "ours.npz", &buffer);
 	gnp_buffer_clear(&buffer);
 	gnp_tensors_clear(&tensors);
@@ -182,7 +182,7 @@ static void check_refused(const char *dictionary, size_t data, const char *want)
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
 	size_t size = make_npy(file, dictionary, data);
-	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode(&gnp_format_npy, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, want);
 	CHECK(tensors.count == 0);
 }
@@ -210,9 +210,9 @@ static void hostile_headers_are_refused(void)
 	struct gnp_error error = {0};
 	size_t size = make_npy(file, DICT("<f4", "(2, 3)"), 24);
 	for (size_t cut = 0; cut < size; cut++)
-		CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, cut, NULL, &tensors, NULL) == GNP_INVALID_ARGUMENT);
+		CHECK(gnp_file_decode(&gnp_format_npy, file, cut, NULL, &tensors, NULL) == GNP_INVALID_ARGUMENT);
 	file[6] = 9;
-	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode(&gnp_format_npy, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "version 9.0, need 1.0, 2.0 or 3.0");
 }
 
@@ -223,14 +223,14 @@ static void six_columns_are_points_and_normals(void)
 	size_t size = make_npy(file, DICT("|u1", "(2, 6)"), 12);
 	for (int i = 0; i < 12; i++)
 		file[size - 12 + (size_t)i] = (unsigned char)(i % 6 < 3 ? i + 1 : i % 6 == 5);
-	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, NULL) == GNP_OK);
+	CHECK(gnp_file_decode(&gnp_format_npy, file, size, NULL, &tensors, NULL) == GNP_OK);
 	const struct gnp_tensor *points = gnp_tensors_find(&tensors, "points"), *normals = gnp_tensors_find(&tensors, "normals");
 	CHECK(points && points->datatype == GNP_FP32 && gnp_tensor_get(points, 3) == 7);
 	CHECK(normals && gnp_tensor_get(normals, 5) == 1 && gnp_tensor_get(normals, 4) == 0);
 	gnp_tensors_clear(&tensors);
 	struct gnp_error error = {0};
 	file[size - 1] = 200; /* a colour */
-	CHECK(gnp_file_decode(GNP_FORMAT_NPY, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT && tensors.count == 0);
+	CHECK(gnp_file_decode(&gnp_format_npy, file, size, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT && tensors.count == 0);
 	CHECK_STRING(error.text, "points: row 1: columns 4 to 6 have length 200, need unit normals or the first three columns alone where they are colours");
 }
 
@@ -238,7 +238,7 @@ static void not_a_zip_file_is_refused(void)
 {
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
-	CHECK(gnp_file_decode(GNP_FORMAT_NPZ, (const unsigned char *)"PK\x03\x04 nothing", 12, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode(&gnp_format_npz, (const unsigned char *)"PK\x03\x04 nothing", 12, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "npz: Not a zip archive");
 }
 

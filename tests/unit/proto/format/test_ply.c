@@ -11,8 +11,8 @@ static gnp_status decode_bytes(const void *data, size_t size, bool all, size_t m
 {
 	unsigned char *body = malloc(size ? size : 1);
 	memcpy(body, data, size);
-	gnp_status status = all ? gnp_file_decode_all(GNP_FORMAT_PLY, body, size, tensors, error)
-	                        : gnp_file_decode(GNP_FORMAT_PLY, body, size, &(struct gnp_file_wants){.max_points = most}, tensors, error);
+	gnp_status status = all ? gnp_file_decode_all(&gnp_format_ply, body, size, tensors, error)
+	                        : gnp_file_decode(&gnp_format_ply, body, size, &(struct gnp_file_wants){.max_points = most}, tensors, error);
 	free(body); /* PLY never borrows */
 	return status;
 }
@@ -168,7 +168,7 @@ static void written_files_read_back(void)
 	gnp_tensors_add_data(&tensors, "keep", GNP_BOOL, 1, &rows, keep, false, NULL, NULL);
 	gnp_tensors_add_data(&tensors, "normals", GNP_FP32, 2, vectors, normals, false, NULL, NULL);
 	gnp_values_add_string(&comments, "estimator", "gmls\nend_header", NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, &comments, &file, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, &comments, &file, NULL) == GNP_OK);
 	const char *want = "ply\nformat binary_little_endian 1.0\ncomment estimator gmls end_header\nelement vertex 2\n"
 	                   "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\n"
 	                   "property float nz\nproperty double quality\nproperty double scalar_mean_curvature\nproperty float scalar_metric_0\n"
@@ -186,7 +186,7 @@ static void written_files_read_back(void)
 		CHECK(memcmp(gnp_tensors_find(&back, "mean_curvature")->data, h, sizeof h) == 0);
 		CHECK_NEAR(gnp_tensor_get(gnp_tensors_find(&back, "metric_3"), 1), 8, 0);
 		file.size = 0;
-		CHECK(gnp_file_encode(GNP_FORMAT_PLY, &back, NULL, &file, NULL) == GNP_OK);
+		CHECK(gnp_file_encode(&gnp_format_ply, &back, NULL, &file, NULL) == GNP_OK);
 		gnp_tensors_clear(&back);
 	}
 	gnp_buffer_clear(&file);
@@ -202,10 +202,10 @@ static void what_has_no_row_a_point_is_not_acceptable(void)
 	size_t shape[] = {2, 3}, rows = 3;
 	float points[] = {1, 2, 3, 4, 5, 6};
 	gnp_tensors_add_data(&tensors, "index", GNP_INT32, 1, &rows, points, false, NULL, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, NULL, &file, &error) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, NULL, &file, &error) == GNP_NOT_ACCEPTABLE);
 	CHECK_STRING(error.text, "ply: needs points (n,3)");
 	gnp_tensors_add_data(&tensors, "points", GNP_FP32, 2, shape, points, false, NULL, NULL);
-	CHECK(gnp_file_encode(GNP_FORMAT_PLY, &tensors, NULL, &file, &second) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_file_encode(&gnp_format_ply, &tensors, NULL, &file, &second) == GNP_NOT_ACCEPTABLE);
 	CHECK_CONTAINS(second.text, "\"index\" has 3 rows, need 2 as points has");
 	CHECK(file.size == 0);
 	gnp_tensors_clear(&tensors);

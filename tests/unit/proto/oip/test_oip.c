@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "proto/oip/oip.h"
+#include "proto/operation/operations.h"
 
 #define POINTS "{\"inputs\":[{\"name\":\"points\",\"datatype\":\"FP32\","
 

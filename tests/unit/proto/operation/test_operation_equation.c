@@ -4,6 +4,8 @@
 #include <stdint.h>
 
 #include "proto/file/file.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 enum { COUNT = 3000 };
 
@@ -285,14 +287,14 @@ static void laplacian_comes_as_rows_and_as_matrix_market(void)
 		CHECK_NEAR(sum, 0, 1e-7);
 		CHECK_NEAR(z, -2 * points_of(&request)[3 * i + 2], 0.02);
 	}
-	CHECK(gnp_file_encode(GNP_FORMAT_MTX, &response.outputs, &response.parameters, &file, NULL) == GNP_OK);
+	CHECK(gnp_file_encode(&gnp_format_mtx, &response.outputs, &response.parameters, &file, NULL) == GNP_OK);
 	gnp_buffer_append(&file, "", 1, NULL);
 	char size[64];
 	snprintf(size, sizeof size, "\n%d %d %zu\n1 1 ", COUNT, COUNT, entries);
 	CHECK(strncmp((const char *)file.data, "%%MatrixMarket matrix coordinate real general\n% estimator gmls\n", 62) == 0);
 	CHECK_CONTAINS((const char *)file.data, size);
 	gnp_buffer_clear(&file);
-	CHECK(gnp_file_encode(GNP_FORMAT_MTX, &request.inputs, NULL, &file, NULL) == GNP_NOT_ACCEPTABLE);
+	CHECK(gnp_file_encode(&gnp_format_mtx, &request.inputs, NULL, &file, NULL) == GNP_NOT_ACCEPTABLE);
 	gnp_buffer_clear(&file);
 	end(&request, &response);
 }

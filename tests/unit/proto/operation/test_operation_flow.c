@@ -4,6 +4,8 @@
 #include <stdint.h>
 
 #include "core/flow/flow.h"
+#include "proto/operation/call.h"
+#include "proto/operation/operations.h"
 
 enum { COUNT = 3000 };
 

@@ -2,7 +2,9 @@
 #include "tests/unit/test.h"
 
 #include "proto/oip/oip.h"
-#include "proto/operation/operation.h"
+#include "proto/operation/call.h"
+#include "proto/operation/parameter.h"
+#include "proto/operation/usage.h"
 
 struct options {
 	int count;
@@ -18,11 +20,11 @@ static const struct gnp_tensor_info inputs[] = {{"points", GNP_FP32, 2, {-1, 3},
 static const struct gnp_tensor_info outputs[] = {{"keep", GNP_BOOL, 1, {-1}, false, "which"}};
 
 static const struct gnp_parameter parameters[] = {
-	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), "3", 1, 1e6, NULL, "how many"},
-	{"ratio", GNP_PARAMETER_NUMBER, offsetof(struct options, ratio), "0.1", GNP_ABOVE_ZERO, 10, NULL, "how large"},
-	{"step", GNP_PARAMETER_AUTO, offsetof(struct options, step), "auto", GNP_ABOVE_ZERO, 1e200, NULL, "how far"},
-	{"flag", GNP_PARAMETER_BOOL, offsetof(struct options, flag), "true", 0, 0, NULL, "whether"},
-	{"mode", GNP_PARAMETER_CHOICE, offsetof(struct options, mode), "slow", 0, 0, modes, "which way"},
+	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 1e6, NULL, "how many"},
+	{"ratio", GNP_PARAMETER_NUMBER, offsetof(struct options, ratio), GNP_ABOVE_ZERO, 10, NULL, "how large"},
+	{"step", GNP_PARAMETER_AUTO, offsetof(struct options, step), GNP_ABOVE_ZERO, 1e200, NULL, "how far"},
+	{"flag", GNP_PARAMETER_BOOL, offsetof(struct options, flag), 0, 0, NULL, "whether"},
+	{"mode", GNP_PARAMETER_CHOICE, offsetof(struct options, mode), 0, 0, modes, "which way"},
 };
 
 static void defaults(void *options)

@@ -40,7 +40,7 @@ static const struct gnp_tensor_info inputs[] = {{.name = "fixed", .datatype = GN
                                                 {.name = "source", .datatype = GNP_FP64, .rank = 2, .shape = {-1, -2}}};
 static const struct gnp_file_wants wants = {.inputs = inputs, .input_count = 2};
 
-static gnp_status decode(enum gnp_format format, const void *body, size_t size, struct purse *purse, struct gnp_tensors *tensors,
+static gnp_status decode(const struct gnp_format *format, const void *body, size_t size, struct purse *purse, struct gnp_tensors *tensors,
                          struct gnp_error *error)
 {
 	const struct gnp_budget budget = {reserve, release, purse};
@@ -51,7 +51,7 @@ static gnp_status decode(enum gnp_format format, const void *body, size_t size, 
 }
 
 /* What is held in the end is what the tensors take; with a byte less than the most that was held, the body is refused. */
-static void check_body(enum gnp_format format, const void *body, size_t size)
+static void check_body(const struct gnp_format *format, const void *body, size_t size)
 {
 	struct purse purse = {.limit = SIZE_MAX};
 	struct gnp_tensors tensors = {0};
@@ -83,7 +83,7 @@ static void make_cloud(size_t n, enum gnp_datatype datatype, struct gnp_tensors 
 
 static void what_is_kept_is_what_is_held(void)
 {
-	static const enum gnp_format formats[] = {GNP_FORMAT_PLY, GNP_FORMAT_NPZ, GNP_FORMAT_XYZ, GNP_FORMAT_JSON};
+	static const struct gnp_format *formats[] = {&gnp_format_ply, &gnp_format_npz, &gnp_format_xyz, &gnp_format_json};
 	for (size_t f = 0; f < sizeof formats / sizeof *formats; f++) {
 		struct gnp_tensors tensors = {0};
 		struct gnp_buffer file = {0};
@@ -100,8 +100,8 @@ static void arrays_that_are_converted_give_their_first_form_back(void)
 	struct gnp_tensors tensors = {0};
 	struct gnp_buffer file = {0};
 	make_cloud(100, GNP_INT16, &tensors);
-	CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, NULL, &file, NULL) == GNP_OK);
-	check_body(GNP_FORMAT_NPZ, file.data, file.size);
+	CHECK(gnp_file_encode(&gnp_format_npz, &tensors, NULL, &file, NULL) == GNP_OK);
+	check_body(&gnp_format_npz, file.data, file.size);
 	gnp_tensors_clear(&tensors);
 	gnp_buffer_clear(&file);
 }
@@ -127,8 +127,8 @@ static void shapes_of_archives_are_looked_at_first(void)
 		struct purse empty = {0};
 		CHECK(gnp_tensors_add(&tensors, cases[i].name, GNP_FP64, cases[i].rank, cases[i].shape, &tensor, NULL) == GNP_OK);
 		memset(tensor->data, 0, tensor->size);
-		CHECK(gnp_file_encode(GNP_FORMAT_NPZ, &tensors, NULL, &file, NULL) == GNP_OK);
-		CHECK(decode(GNP_FORMAT_NPZ, file.data, file.size, &empty, &decoded, &error) == GNP_INVALID_ARGUMENT);
+		CHECK(gnp_file_encode(&gnp_format_npz, &tensors, NULL, &file, NULL) == GNP_OK);
+		CHECK(decode(&gnp_format_npz, file.data, file.size, &empty, &decoded, &error) == GNP_INVALID_ARGUMENT);
 		CHECK_CONTAINS(error.text, cases[i].text);
 		gnp_tensors_clear(&tensors);
 		gnp_buffer_clear(&file);
@@ -145,7 +145,7 @@ static void archives_of_many_entries_are_not_opened(void)
 	for (size_t i = 0; i < ENTRIES; i++)
 		memcpy(body + i * ENTRY, "PK\1\2", 4);
 	memcpy(body + ENTRIES * ENTRY, "PK\5\6", 4);
-	CHECK(gnp_file_decode(GNP_FORMAT_NPZ, body, ENTRIES * ENTRY + 22, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_file_decode(&gnp_format_npz, body, ENTRIES * ENTRY + 22, NULL, &tensors, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "npz: more than 4096 entries");
 	free(body);
 }
@@ -154,8 +154,8 @@ static void other_files(void)
 {
 	static const char obj[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 	static const char ascii[] = "# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n0 0 0\n1 1 1\n";
-	check_body(GNP_FORMAT_OBJ, obj, strlen(obj));
-	check_body(GNP_FORMAT_PCD, ascii, strlen(ascii));
+	check_body(&gnp_format_obj, obj, strlen(obj));
+	check_body(&gnp_format_pcd, ascii, strlen(ascii));
 }
 
 /* LZF of a run of zeros: a literal, then as many copies of 264 bytes as it takes. */
@@ -189,8 +189,8 @@ static void compressed_points_ask_before_they_are_inflated(void)
 	struct purse purse = {.limit = PLAIN + PLAIN / 2};
 	struct gnp_tensors tensors = {0};
 	struct gnp_error error = {0};
-	check_body(GNP_FORMAT_PCD, body, size);
-	CHECK(decode(GNP_FORMAT_PCD, body, size, &purse, &tensors, &error) == GNP_TOO_LARGE);
+	check_body(&gnp_format_pcd, body, size);
+	CHECK(decode(&gnp_format_pcd, body, size, &purse, &tensors, &error) == GNP_TOO_LARGE);
 	free(body);
 }
 
@@ -203,8 +203,8 @@ static void tables_ask_as_they_grow(void)
 	struct gnp_error error = {0};
 	for (int i = 0; i < 20000; i++)
 		CHECK(gnp_buffer_printf(&text, NULL, "%d 2 3 4 5 6 7 8 9 10\n", i) == GNP_OK);
-	check_body(GNP_FORMAT_XYZ, text.data, text.size);
-	CHECK(decode(GNP_FORMAT_XYZ, text.data, text.size, &purse, &tensors, &error) == GNP_TOO_LARGE);
+	check_body(&gnp_format_xyz, text.data, text.size);
+	CHECK(decode(&gnp_format_xyz, text.data, text.size, &purse, &tensors, &error) == GNP_TOO_LARGE);
 	CHECK(purse.most > 1 << 19 && purse.most <= 1 << 20);
 	gnp_buffer_clear(&text);
 }
@@ -249,10 +249,10 @@ static void structure_of_json_is_asked_for_and_given_back(void)
 		CHECK(gnp_buffer_printf(&json, NULL, "%s\"%d\":{}", i ? "," : "", i) == GNP_OK);
 	CHECK(gnp_buffer_printf(&json, NULL, "}}}") == GNP_OK);
 	struct purse purse = {.limit = SIZE_MAX}, less = {.limit = 100 * json.size};
-	CHECK(decode(GNP_FORMAT_JSON, json.data, json.size, &purse, &tensors, &error) == GNP_OK);
+	CHECK(decode(&gnp_format_json, json.data, json.size, &purse, &tensors, &error) == GNP_OK);
 	CHECK(purse.largest > 100 * json.size && purse.held == 24);
 	gnp_tensors_clear(&tensors);
-	CHECK(decode(GNP_FORMAT_JSON, json.data, json.size, &less, &tensors, &error) == GNP_TOO_LARGE);
+	CHECK(decode(&gnp_format_json, json.data, json.size, &less, &tensors, &error) == GNP_TOO_LARGE);
 	gnp_buffer_clear(&json);
 }
 

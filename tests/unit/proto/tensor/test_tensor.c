@@ -100,23 +100,10 @@ static void values_keep_their_types(void)
 	gnp_values_clear(&values);
 }
 
-static void a_buffer_grows_and_formats(void)
-{
-	struct gnp_buffer buffer = {0};
-	for (int i = 0; i < 1000; i++)
-		CHECK(gnp_buffer_printf(&buffer, NULL, "%03d", i) == GNP_OK);
-	CHECK(buffer.size == 3000 && memcmp(buffer.data + 2997, "999", 3) == 0);
-	struct gnp_error error = {0};
-	CHECK(gnp_buffer_reserve(&buffer, SIZE_MAX - 10, &error) == GNP_OUT_OF_MEMORY);
-	CHECK(buffer.size == 3000);
-	gnp_buffer_clear(&buffer);
-}
-
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(sizes_and_names_of_datatypes),           TEST(a_shape_that_overflows_is_refused),
 	                                    TEST(a_name_too_long_is_refused),             TEST(elements_of_every_type_read_as_doubles),
-	                                    TEST(borrowed_data_is_not_freed),             TEST(values_keep_their_types),
-	                                    TEST(a_buffer_grows_and_formats)};
+	                                    TEST(borrowed_data_is_not_freed),             TEST(values_keep_their_types)};
 	return RUN_TESTS(tests);
 }

@@ -4,7 +4,8 @@
 #include <ctype.h>
 #include <strings.h>
 
-#include "proto/operation/operation.h"
+#include "proto/operation/operations.h"
+#include "server/api/openapi.h"
 #include "server/api/routes.h"
 
 static struct gnp_buffer document;
@@ -91,7 +92,7 @@ static void every_path_of_the_document_is_a_route(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(every_route_is_described), TEST(every_path_of_the_document_is_a_route)};
-	if (gnp_openapi_write(&document, NULL) != GNP_OK || gnp_buffer_append(&document, "", 1, NULL) != GNP_OK)
+	if (gnpd_openapi_write(&document, NULL) != GNP_OK || gnp_buffer_append(&document, "", 1, NULL) != GNP_OK)
 		return 1;
 	int status = RUN_TESTS(tests);
 	gnp_buffer_clear(&document);

@@ -1,8 +1,9 @@
 /* The Prometheus exposition: counts, cumulative buckets, well-formed lines, families declared once and before use. */
 #include "tests/unit/test.h"
 
+#include "core/base/version.h"
+#include "proto/operation/operations.h"
 #include "server/base/metrics.h"
-#include "server/config/config.h"
 
 static char *write_text(const struct gnpd_metrics *metrics)
 {
@@ -42,7 +43,7 @@ static void every_operation_has_a_row_of_its_own(void)
 		CHECK(gnpd_metrics_label(operation) < GNPD_LABELS);
 		gnpd_metrics_request(&metrics, gnpd_metrics_label(operation), 200, 0.25);
 	}
-	CHECK(!gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION) && gnp_operation_at(GNPD_LABELS - GNPD_LABEL_OPERATION - 1));
+	CHECK(GNPD_LABELS == GNPD_LABEL_OPERATION + GNP_OPERATIONS_MAX && !gnp_operation_at(GNP_OPERATIONS_MAX));
 	char *text = write_text(&metrics);
 	for (size_t i = 0; (operation = gnp_operation_at(i)) != NULL; i++) {
 		char line[128];
@@ -100,8 +101,18 @@ static void reasons_and_gauges_appear(void)
 	CHECK_CONTAINS(text, "\ngnpd_queue_bytes 4096\n");
 	CHECK_CONTAINS(text, "\ngnpd_running_requests 2\n");
 	CHECK_CONTAINS(text, "\ngnpd_workers 7\n");
-	CHECK_CONTAINS(text, "gnpd_build_info{version=\"" GNPD_VERSION "\",build=\"abc123-dirty\"} 1\n");
+	CHECK_CONTAINS(text, "\ngnpd_prepared_cache_hits_total 3\n");
+	CHECK_CONTAINS(text, "# HELP gnpd_operator_cache_hits_total Old name of gnpd_prepared_cache_hits_total.\n");
+	CHECK_CONTAINS(text, "\ngnpd_operator_cache_hits_total 3\n");
+	CHECK_CONTAINS(text, "gnpd_build_info{version=\"" GNP_VERSION "\",build=\"abc123-dirty\"} 1\n");
 	free(text);
+}
+
+static void the_version_is_that_of_its_numbers(void)
+{
+	char text[32];
+	snprintf(text, sizeof text, "%d.%d.%d", GNP_VERSION_MAJOR, GNP_VERSION_MINOR, GNP_VERSION_PATCH);
+	CHECK_STRING(text, GNP_VERSION);
 }
 
 /* Every sample belongs to the family declared last, and no family is declared twice. */
@@ -139,6 +150,7 @@ int main(int argc, char **argv)
 		TEST(loads_of_weights_are_counted_by_result),
 		TEST(buckets_are_cumulative),
 		TEST(reasons_and_gauges_appear),
+		TEST(the_version_is_that_of_its_numbers),
 		TEST(exposition_is_well_formed),
 	};
 	return RUN_TESTS(tests);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "server/base/listen.h"
+#include "server/base/log.h"
 #include "server/config/config.h"
 
 static struct gnpd_config config;
@@ -170,6 +171,56 @@ static void a_key_is_given_once_in_a_file(void)
 	unlink(path);
 }
 
+/* operator-cache-bytes is understood for one version more. */
+static void old_names_are_understood(void)
+{
+	unsigned actions;
+	char want[160], *none[] = {NULL}, *plain[] = {"gnpd", NULL};
+	char *flag[] = {"gnpd", "--operator-cache-bytes=1M", NULL};
+	char *new_flag[] = {"gnpd", "--prepared-cache-bytes", "2M", NULL};
+	CHECK(load(flag, none, &actions) == GNP_OK && config.prepared_cache_bytes == 1 << 20);
+	CHECK_STRING(config.old_key, "operator-cache-bytes");
+	CHECK(load(new_flag, none, &actions) == GNP_OK && config.prepared_cache_bytes == 2 << 20 && !config.old_key);
+	char *environment[] = {"GNPD_OPERATOR_CACHE_BYTES=3M", NULL};
+	CHECK(load(plain, environment, &actions) == GNP_OK && config.prepared_cache_bytes == 3 << 20 && config.old_key);
+	CHECK(load(new_flag, environment, &actions) == GNP_OK && config.prepared_cache_bytes == 2 << 20 && config.old_key);
+	char *both[] = {"GNPD_OPERATOR_CACHE_BYTES=3M", "GNPD_PREPARED_CACHE_BYTES=3M", NULL};
+	CHECK(load(plain, both, &actions) == GNP_INVALID_ARGUMENT);
+	static const char twice[] = "environment: prepared-cache-bytes: is given by GNPD_OPERATOR_CACHE_BYTES too, need it once";
+	CHECK_STRING(error.text, twice);
+	CHECK(set("operator-cache-bytes", "x") == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "prepared-cache-bytes: got \"x\", need 0..64T");
+
+	char *path = write_file("operator-cache-bytes = 4M\n"), *file[] = {"gnpd", "--config", path, NULL};
+	CHECK(load(file, none, &actions) == GNP_OK && config.prepared_cache_bytes == 4 << 20 && config.old_key);
+	unlink(path);
+	path = write_file("operator-cache-bytes = 4M\n\nprepared-cache-bytes = 4M\n");
+	CHECK(load(file, none, &actions) == GNP_INVALID_ARGUMENT);
+	snprintf(want, sizeof want, "%s:3: prepared-cache-bytes: is given on line 1 too, need it once", path);
+	CHECK_STRING(error.text, want);
+	unlink(path);
+}
+
+static void warning_of_an_old_name_is_one_line(void)
+{
+	char text[256] = "";
+	FILE *file = tmpfile();
+	struct gnpd_log log_;
+	gnpd_log_init(&log_, GNPD_LOG_TEXT, GNPD_LOG_WARNING, fileno(file));
+	gnpd_config_defaults(&config);
+	gnpd_config_warn(&config, &log_);
+	CHECK(fseek(file, 0, SEEK_END) == 0 && ftell(file) == 0);
+	CHECK(set("operator-cache-bytes", "1M") == GNP_OK && set("operator-cache-bytes", "2M") == GNP_OK);
+	gnpd_config_warn(&config, &log_);
+	rewind(file);
+	CHECK(fgets(text, sizeof text, file) != NULL);
+	CHECK_CONTAINS(text, " warning: operator-cache-bytes: is the old name of prepared-cache-bytes, which the next version "
+	                     "knows alone\n");
+	CHECK(!fgets(text, sizeof text, file));
+	gnpd_log_fini(&log_);
+	fclose(file);
+}
+
 static void port_files_need_a_folder(void)
 {
 	unsigned actions;
@@ -332,6 +383,8 @@ int main(int argc, char **argv)
 		TEST(flags_of_true_and_false_take_the_next_word),
 		TEST(what_flags_ask_for_is_a_set),
 		TEST(a_key_is_given_once_in_a_file),
+		TEST(old_names_are_understood),
+		TEST(warning_of_an_old_name_is_one_line),
 		TEST(port_files_need_a_folder),
 		TEST(unknown_keys_are_errors_everywhere),
 		TEST(only_loopback_without_insecure),

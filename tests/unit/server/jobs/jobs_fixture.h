@@ -1,4 +1,4 @@
-/* What tests of the table of jobs stand on: a server without HTTP, a cloud, jobs that are submitted and looked at. */
+/* What tests of the table of jobs stand on: an engine without HTTP, a cloud, jobs that are submitted and looked at. */
 #ifndef GNP_TESTS_JOBS_FIXTURE_H
 #define GNP_TESTS_JOBS_FIXTURE_H
 
@@ -12,13 +12,25 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include "core/base/pool.h"
 #include "core/linear/linalg.h"
-#include "server/api/server.h"
+#include "proto/operation/operations.h"
+#include "server/base/log.h"
+#include "server/base/metrics.h"
+#include "server/config/config.h"
 #include "server/jobs/job.h"
 #include "server/jobs/job_json.h"
+#include "server/jobs/job_store_scan.h"
+#include "server/jobs/job_watch.h"
+#include "server/work/engine.h"
+#include "server/work/loader.h"
 
 static struct gnpd_config config;
-static struct gnpd_server server;
+static struct gnpd_log events;
+static struct gnpd_metrics metrics;
+static struct gnpd_engine engine = {.config = &config, .log = &events, .metrics = &metrics};
+static struct gnpd_watchers *watchers;
+static struct gnpd_jobs *table;
 static struct gnp_buffer cloud; /* XYZ */
 
 static inline void make_cloud(void)
@@ -30,38 +42,38 @@ static inline void make_cloud(void)
 	}
 }
 
-static inline void start_server(void)
+static inline void start_engine(void)
 {
 	gnpd_config_defaults(&config);
-	server.config = &config;
-	gnpd_log_init(&server.log, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY));
-	gnpd_metrics_init(&server.metrics);
-	CHECK(gnp_pool_create(2, &server.pool, NULL) == GNP_OK && gnpd_loader_create(&server, &server.loader, NULL) == GNP_OK);
-	CHECK(gnp_prepared_cache_create(0, &server.cache, NULL) == GNP_OK);
-	CHECK(gnpd_queue_create(1, 1, config.queue_bytes, &server.queue, NULL) == GNP_OK);
-	CHECK(gnpd_watchers_create(&server, &server.watchers, NULL) == GNP_OK);
+	gnpd_log_init(&events, GNPD_LOG_TEXT, GNPD_LOG_ERROR, open("/dev/null", O_WRONLY));
+	gnpd_metrics_init(&metrics);
+	CHECK(gnp_pool_create(2, &engine.pool, NULL) == GNP_OK &&
+	      gnpd_loader_create(&engine, &engine.loader, NULL) == GNP_OK);
+	CHECK(gnp_prepared_cache_create(0, &engine.cache, NULL) == GNP_OK);
+	CHECK(gnpd_queue_create(1, 1, config.queue_bytes, &engine.queue, NULL) == GNP_OK);
+	CHECK(gnpd_watchers_create(&config, &watchers, NULL) == GNP_OK);
 }
 
-static inline void stop_server(void)
+static inline void stop_engine(void)
 {
-	gnpd_watchers_free(server.watchers);
-	gnpd_queue_free(server.queue);
-	gnp_prepared_cache_free(server.cache);
-	gnpd_loader_free(server.loader);
-	gnp_pool_free(server.pool);
-	close(server.log.fd);
-	gnpd_log_fini(&server.log);
+	gnpd_watchers_free(watchers);
+	gnpd_queue_free(engine.queue);
+	gnp_prepared_cache_free(engine.cache);
+	gnpd_loader_free(engine.loader);
+	gnp_pool_free(engine.pool);
+	close(events.fd);
+	gnpd_log_fini(&events);
 }
 
 static inline void open_jobs(void)
 {
-	CHECK(gnpd_jobs_create(&server, &server.jobs, NULL) == GNP_OK && gnpd_jobs_start(server.jobs, NULL) == GNP_OK);
+	CHECK(gnpd_jobs_create(&engine, watchers, &table, NULL) == GNP_OK && gnpd_jobs_start(table, NULL) == GNP_OK);
 }
 
 static inline void close_jobs(void)
 {
-	gnpd_jobs_free(server.jobs);
-	server.jobs = NULL;
+	gnpd_jobs_free(table);
+	table = NULL;
 }
 
 static inline void make_folder(void)
@@ -98,15 +110,15 @@ static inline gnp_status submit(const char *principal, const char *key, struct g
 {
 	struct gnpd_reply reply = {0};
 	struct gnpd_work work;
-	gnpd_work_init(&work, &server, &reply);
+	gnpd_work_init(&work, &engine, &reply);
 	work.operation = gnp_operation_find(operation);
 	work.query = query;
-	work.content_type = gnp_format_media_type(GNP_FORMAT_XYZ);
+	work.content_type = gnp_format_media_type(&gnp_format_xyz);
 	CHECK(gnp_buffer_append(&work.body, cloud.data, cloud.size, NULL) == GNP_OK);
 	gnp_status status = gnpd_work_check(&work, error);
 	needed = work.body.size + work.reserved + work.call.memory;
 	if (status == GNP_OK)
-		status = gnpd_jobs_submit(server.jobs, &work, principal, key, job, existing, error);
+		status = gnpd_jobs_submit(table, &work, principal, key, job, existing, error);
 	gnpd_work_clear(&work);
 	gnpd_reply_clear(&reply);
 	return status;
@@ -164,7 +176,7 @@ static inline void reach(struct gnpd_job *job, enum gnpd_job_state state)
 static inline struct gnpd_job *found(const char *id)
 {
 	struct gnpd_job *job = NULL;
-	CHECK(gnpd_jobs_find(server.jobs, "", id, &job, NULL) == GNP_OK);
+	CHECK(gnpd_jobs_find(table, "", id, &job, NULL) == GNP_OK);
 	return job;
 }
 
@@ -180,20 +192,20 @@ static inline size_t listed(const char *principal)
 	struct gnpd_job *found[10];
 	bool more;
 	const struct gnpd_job_filter filter = {.principal = principal, .state = -1};
-	size_t count = gnpd_jobs_list(server.jobs, &filter, found, 10, &more);
+	size_t count = gnpd_jobs_list(table, &filter, found, 10, &more);
 	for (size_t i = 0; i < count; i++)
 		gnpd_job_release(found[i]);
 	return count;
 }
 
-/* Runs them with a server and a cloud; the exit status. */
+/* Runs them with an engine and a cloud; the exit status. */
 static inline int run_with_jobs(int argc, char **argv, const struct test *tests, size_t count)
 {
 	gnp_linalg_init();
 	make_cloud();
-	start_server();
+	start_engine();
 	int status = test_run(argc, argv, tests, count);
-	stop_server();
+	stop_engine();
 	gnp_buffer_clear(&cloud);
 	return status;
 }

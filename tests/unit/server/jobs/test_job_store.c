@@ -9,9 +9,11 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
-#include "server/jobs/job_store.h"
+#include "server/base/log.h"
+#include "server/jobs/job_store_scan.h"
 
 static char folder[64];
 static struct gnpd_log log_;

@@ -1,4 +1,5 @@
 /* The table of jobs without HTTP: whose they are, and what a disk that fails at any write makes of them. */
+#include "proto/operation/operations.h"
 #include "tests/unit/server/jobs/jobs_fixture.h"
 
 static void jobs_are_their_principals(void)
@@ -12,10 +13,10 @@ static void jobs_are_their_principals(void)
 	static const char *const strangers[] = {"bob", "", "an", "anna"};
 	for (size_t i = 0; i < sizeof strangers / sizeof strangers[0]; i++) {
 		struct gnp_error error = {0};
-		CHECK(gnpd_jobs_find(server.jobs, strangers[i], id, &other, &error) == GNP_NOT_FOUND);
+		CHECK(gnpd_jobs_find(table, strangers[i], id, &other, &error) == GNP_NOT_FOUND);
 		CHECK_CONTAINS(error.text, "job: there is no");
 	}
-	CHECK(gnpd_jobs_find(server.jobs, "ann", id, &other, NULL) == GNP_OK && other == job);
+	CHECK(gnpd_jobs_find(table, "ann", id, &other, NULL) == GNP_OK && other == job);
 	CHECK(listed("ann") == 1 && listed("bob") == 1 && listed("") == 0);
 	ended(job);
 	ended(bobs);
@@ -47,11 +48,11 @@ static void a_job_that_cannot_be_written_is_refused_whole(void)
 		make_folder();
 		open_jobs();
 		atomic_store(&writes_left, good);
-		server.jobs->store.disk.write = limited_write;
+		table->store.disk.write = limited_write;
 		CHECK(submit("", "key", &job, &existing, &error) == GNP_NO_SPACE);
 		CHECK_CONTAINS(error.text, "No space left");
-		CHECK(listed("") == 0 && server.jobs->bytes == 0 && files_with("") == 1);
-		server.jobs->store.disk.write = write;
+		CHECK(listed("") == 0 && table->bytes == 0 && files_with("") == 1);
+		table->store.disk.write = write;
 		job = submitted("", "key", false); /* the key is free */
 		CHECK(ended(job).record.state == GNPD_JOB_SUCCEEDED);
 		gnpd_job_release(job);
@@ -69,7 +70,7 @@ static void an_end_that_cannot_be_written_is_told_and_run_again(void)
 		make_folder();
 		open_jobs();
 		atomic_store(&writes_left, good);
-		server.jobs->store.disk.write = limited_write;
+		table->store.disk.write = limited_write;
 		job = submitted("", NULL, false);
 		struct gnpd_job_view view = ended(job);
 		CHECK(view.record.state == GNPD_JOB_FAILED && view.record.error == GNP_NO_SPACE);
@@ -79,7 +80,7 @@ static void an_end_that_cannot_be_written_is_told_and_run_again(void)
 		close_jobs();
 		CHECK(files_with(".new") == 0 && files_with(".result") == 0 && files_with(".job") == 1);
 		open_jobs();
-		CHECK(gnpd_jobs_find(server.jobs, "", id, &job, NULL) == GNP_OK);
+		CHECK(gnpd_jobs_find(table, "", id, &job, NULL) == GNP_OK);
 		view = ended(job);
 		CHECK(view.record.state == GNPD_JOB_SUCCEEDED);
 		gnpd_job_release(job);
@@ -101,7 +102,7 @@ static void block(const char *id, const char *suffix)
 static bool is_gone(const char *id)
 {
 	struct gnpd_job *job = NULL;
-	if (gnpd_jobs_find(server.jobs, "", id, &job, NULL) != GNP_OK)
+	if (gnpd_jobs_find(table, "", id, &job, NULL) != GNP_OK)
 		return true;
 	gnpd_job_release(job);
 	return false;
@@ -135,13 +136,14 @@ static size_t lines_of(int fd)
 	return count;
 }
 
-/* The thread of job_expiry tried the first of them for ever, as fast as it could, with a line in the log each time, and never saw that it was to stop. */
+/* The thread of job_expiry tried the first of them for ever, as fast as it could, with a line in the log each time,
+ * and never saw that it was to stop. */
 static void what_cannot_be_let_go_holds_nothing_up(void)
 {
 	static const char *const suffixes[] = {".job", ".result"};
 	FILE *log = tmpfile();
-	int before = server.log.fd;
-	server.log.fd = fileno(log);
+	int before = events.fd;
+	events.fd = fileno(log);
 	config.jobs_ttl_seconds = 0.5;
 	for (size_t i = 0; i < 2; i++) {
 		char id[GNPD_JOB_ID + 1], stuck[GNPD_JOB_ID + 1];
@@ -163,8 +165,8 @@ static void what_cannot_be_let_go_holds_nothing_up(void)
 		CHECK(gnp_clock() - began < 5);
 		remove_folder();
 	}
-	CHECK(lines_of(server.log.fd) == 2);
-	server.log.fd = before;
+	CHECK(lines_of(events.fd) == 2);
+	events.fd = before;
 	gnpd_config_defaults(&config);
 	fclose(log);
 }
@@ -181,9 +183,9 @@ static void wait_for_line(int fd)
 static void what_cannot_expire_is_what_it_was(void)
 {
 	FILE *log = tmpfile();
-	int before = server.log.fd;
+	int before = events.fd;
 	char id[GNPD_JOB_ID + 1], path[GNPD_CONFIG_TEXT + 64];
-	server.log.fd = fileno(log);
+	events.fd = fileno(log);
 	config.jobs_ttl_seconds = 2;
 	make_folder();
 	open_jobs();
@@ -191,19 +193,19 @@ static void what_cannot_expire_is_what_it_was(void)
 	ended(job);
 	copy_id(job, id);
 	block(id, ".job");
-	wait_for_line(server.log.fd);
+	wait_for_line(events.fd);
 	CHECK(state_of(job) == GNPD_JOB_SUCCEEDED && files_with(".result") == 1);
 	snprintf(path, sizeof path, "%s/%s.job", config.jobs_dir, id);
 	CHECK(rmdir(path) == 0);
-	pthread_mutex_lock(&server.jobs->lock);
+	pthread_mutex_lock(&table->lock);
 	job->again = 0; /* half a minute later */
-	pthread_mutex_unlock(&server.jobs->lock);
+	pthread_mutex_unlock(&table->lock);
 	reach(job, GNPD_JOB_EXPIRED);
 	CHECK(files_with(".result") == 0 && record_file(id).st_size > 0 && !is_gone(id));
 	gnpd_job_release(job);
 	close_jobs();
 	remove_folder();
-	server.log.fd = before;
+	events.fd = before;
 	gnpd_config_defaults(&config);
 	fclose(log);
 }
@@ -216,7 +218,7 @@ static void files_make_room_for_the_record(void)
 	open_jobs();
 	struct gnpd_job *job = submitted("", NULL, false);
 	ended(job);
-	server.jobs->store.disk.write = write_without_result;
+	table->store.disk.write = write_without_result;
 	reach(job, GNPD_JOB_EXPIRED);
 	CHECK(files_with(".result") == 0 && files_with(".job") == 1);
 	gnpd_job_release(job);
@@ -252,9 +254,9 @@ static void wait_until_parked(struct gnpd_job *job)
 	bool parked = false;
 	for (int i = 0; i < 10000 && !parked; i++) {
 		usleep(1000);
-		pthread_mutex_lock(&server.jobs->lock);
+		pthread_mutex_lock(&table->lock);
 		parked = job->parked;
-		pthread_mutex_unlock(&server.jobs->lock);
+		pthread_mutex_unlock(&table->lock);
 	}
 	CHECK(parked);
 }
@@ -268,12 +270,12 @@ static void parked_jobs_can_be_cancelled(void)
 	open_jobs();
 	struct gnpd_job *jobs[2] = {long_submitted(), long_submitted()}; /* one runs, one waits */
 	reach(jobs[0], GNPD_JOB_RUNNING);
-	gnpd_jobs_park(server.jobs);
+	gnpd_jobs_park(table);
 	reach(jobs[0], GNPD_JOB_QUEUED);
 	for (int i = 0; i < 2; i++) {
 		enum gnpd_job_deletion what = GNPD_JOB_WAS_REMOVED;
 		wait_until_parked(jobs[i]);
-		CHECK(gnpd_jobs_delete(server.jobs, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_WAS_CANCELLED);
+		CHECK(gnpd_jobs_delete(table, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_WAS_CANCELLED);
 		CHECK(state_of(jobs[i]) == GNPD_JOB_CANCELLED);
 		copy_id(jobs[i], ids[i]);
 		gnpd_job_release(jobs[i]);
@@ -314,7 +316,7 @@ static void prepare_to_hold(void)
 	atomic_store(&holding, false);
 	atomic_store(&held, false);
 	atomic_store(&may_go_on, false);
-	server.jobs->store.disk.write = held_write;
+	table->store.disk.write = held_write;
 }
 
 static void wait_until_held(void)
@@ -338,7 +340,7 @@ static void an_accepted_cancel_outlives_the_process(void)
 	reach(job, GNPD_JOB_RUNNING);
 	atomic_store(&holding, true);
 	wait_until_held(); /* in the middle of a checkpoint */
-	CHECK(gnpd_jobs_delete(server.jobs, job, &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
+	CHECK(gnpd_jobs_delete(table, job, &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
 	atomic_store(&may_go_on, true);
 	reach(job, GNPD_JOB_CANCELLED);
 	copy_id(job, id);
@@ -348,7 +350,7 @@ static void an_accepted_cancel_outlives_the_process(void)
 	for (int start = 0; start < 3; start++) {
 		open_jobs();
 		job = found(id);
-		CHECK(state_of(job) == GNPD_JOB_CANCELLED && server.jobs->counts.recovered == 0);
+		CHECK(state_of(job) == GNPD_JOB_CANCELLED && table->counts.recovered == 0);
 		gnpd_job_release(job);
 		close_jobs();
 		CHECK(files_with(id) == 1);
@@ -379,7 +381,7 @@ static void a_folder_that_cannot_be_synced_loses_no_job(void)
 	make_folder();
 	open_jobs();
 	atomic_store(&folder_fails, false);
-	server.jobs->store.disk.sync = failing_folder_sync;
+	table->store.disk.sync = failing_folder_sync;
 	struct gnpd_job *job = long_submitted();
 	reach(job, GNPD_JOB_RUNNING);
 	atomic_store(&folder_fails, true);
@@ -438,7 +440,7 @@ static void jobs_that_fit_no_memory_are_refused_and_counted(void)
 	config.jobs_memory_bytes = 1000;
 	CHECK(submit("", NULL, &job, &existing, &error) == GNP_TOO_LARGE);
 	CHECK_CONTAINS(error.text, "jobs-memory-bytes");
-	gnpd_jobs_count(server.jobs, &counts);
+	gnpd_jobs_count(table, &counts);
 	CHECK(counts.refused_memory == 1);
 	struct gnpd_job *same = submitted("", "key", true); /* one that was taken is not refused */
 	CHECK(same == kept);
@@ -450,10 +452,10 @@ static void jobs_that_fit_no_memory_are_refused_and_counted(void)
 
 static void set_gathering(bool gathering)
 {
-	pthread_mutex_lock(&server.jobs->lock);
-	server.jobs->gathering = gathering;
-	gnpd_jobs_changed(server.jobs);
-	pthread_mutex_unlock(&server.jobs->lock);
+	pthread_mutex_lock(&table->lock);
+	table->gathering = gathering;
+	gnpd_jobs_changed(table);
+	pthread_mutex_unlock(&table->lock);
 }
 
 /* It asked fifty times a second, and every time was counted as a request that was refused. */
@@ -465,25 +467,25 @@ static void a_job_that_waits_for_memory_is_no_refusal(void)
 	bool existing = false;
 	open_jobs();
 	set_gathering(true); /* until there is no more memory */
-	gnpd_work_init(&work, &server, &reply);
+	gnpd_work_init(&work, &engine, &reply);
 	work.operation = gnp_operation_find("estimate");
 	work.query = QUICK;
-	work.content_type = gnp_format_media_type(GNP_FORMAT_XYZ);
+	work.content_type = gnp_format_media_type(&gnp_format_xyz);
 	work.content_encoding = "deflate";
 	uLongf size = compressBound(cloud.size);
 	CHECK(gnp_buffer_reserve(&work.body, size, NULL) == GNP_OK && compress(work.body.data, &size, cloud.data, cloud.size) == Z_OK);
 	work.body.size = size;
 	CHECK(gnpd_work_check(&work, NULL) == GNP_OK);
-	CHECK(gnpd_jobs_submit(server.jobs, &work, "", NULL, &job, &existing, NULL) == GNP_OK);
+	CHECK(gnpd_jobs_submit(table, &work, "", NULL, &job, &existing, NULL) == GNP_OK);
 	gnpd_work_clear(&work);
 	gnpd_reply_clear(&reply);
-	size_t room = config.queue_bytes - size - 1000, counted = atomic_load(&server.metrics.rejected[GNPD_REJECT_QUEUE_BYTES]);
-	CHECK(gnpd_queue_reserve(server.queue, 0, room, NULL) == GNP_OK);
+	size_t room = config.queue_bytes - size - 1000, counted = atomic_load(&metrics.rejected[GNPD_REJECT_QUEUE_BYTES]);
+	CHECK(gnpd_queue_reserve(engine.queue, 0, room, NULL) == GNP_OK);
 	set_gathering(false);
 	usleep(200000);
 	CHECK(!gnpd_job_state_is_final(state_of(job)));
-	CHECK(atomic_load(&server.metrics.rejected[GNPD_REJECT_QUEUE_BYTES]) == counted);
-	gnpd_queue_release(server.queue, room);
+	CHECK(atomic_load(&metrics.rejected[GNPD_REJECT_QUEUE_BYTES]) == counted);
+	gnpd_queue_release(engine.queue, room);
 	reach(job, GNPD_JOB_SUCCEEDED);
 	gnpd_job_release(job);
 	close_jobs();
@@ -493,13 +495,13 @@ static void a_job_that_waits_for_memory_is_no_refusal(void)
 
 static void jobs_stopped_by_their_time_are_counted_and_say_how_far_they_came(void)
 {
-	uint64_t before = atomic_load(&server.metrics.cancelled[GNPD_CANCEL_DEADLINE]);
+	uint64_t before = atomic_load(&metrics.cancelled[GNPD_CANCEL_DEADLINE]);
 	config.jobs_seconds = 1;
 	open_jobs();
 	struct gnpd_job *job = long_submitted();
 	struct gnpd_job_view view = ended(job);
 	CHECK(view.record.error == GNP_DEADLINE);
-	CHECK(atomic_load(&server.metrics.cancelled[GNPD_CANCEL_DEADLINE]) == before + 1);
+	CHECK(atomic_load(&metrics.cancelled[GNPD_CANCEL_DEADLINE]) == before + 1);
 	CHECK_STRING(view.progress.stage, "flow");
 	CHECK(view.progress.step > 0 && view.progress.steps == 1000000 && view.progress.fraction >= 0.1);
 	struct gnp_buffer text = {0};

@@ -7,7 +7,7 @@ static void leave_running(const char *id, uint64_t attempts)
 	struct gnpd_job_store store = {0};
 	struct gnpd_job_found found = {0};
 	CHECK(gnpd_job_store_open(config.jobs_dir, &store, NULL) == GNP_OK);
-	CHECK(gnpd_job_store_scan(&store, &server.log, &found, NULL) == GNP_OK);
+	CHECK(gnpd_job_store_scan(&store, &events, &found, NULL) == GNP_OK);
 	for (size_t i = 0; i < found.count; i++) {
 		if (strcmp(found.records[i].id, id) == 0) {
 			found.records[i].state = GNPD_JOB_RUNNING;
@@ -52,7 +52,7 @@ static void close_after_death(struct gnpd_job *jobs[3])
 static size_t suspects(void)
 {
 	struct gnpd_jobs_counts counts;
-	gnpd_jobs_count(server.jobs, &counts);
+	gnpd_jobs_count(table, &counts);
 	return counts.suspects;
 }
 
@@ -69,7 +69,7 @@ static void suspected_jobs_run_one_at_a_time_and_before_others(void)
 		for (int j = i + 1; j < 3; j++)
 			CHECK(state_of(jobs[j]) == GNPD_JOB_QUEUED);
 		CHECK(suspects() == (i == 0 ? 2U : i == 1 ? 1U : 0U));
-		CHECK(gnpd_jobs_delete(server.jobs, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
+		CHECK(gnpd_jobs_delete(table, jobs[i], &what, NULL) == GNP_OK && what == GNPD_JOB_IS_BEING_CANCELLED);
 	}
 	reach(jobs[2], GNPD_JOB_CANCELLED);
 	close_after_death(jobs);
@@ -83,7 +83,7 @@ static void a_suspected_job_that_waits_can_be_cancelled(void)
 	reach(jobs[0], GNPD_JOB_RUNNING);
 	for (int i = 1; i >= 0; i--) {
 		enum gnpd_job_deletion what;
-		CHECK(gnpd_jobs_delete(server.jobs, jobs[i], &what, NULL) == GNP_OK);
+		CHECK(gnpd_jobs_delete(table, jobs[i], &what, NULL) == GNP_OK);
 		reach(jobs[i], GNPD_JOB_CANCELLED);
 	}
 	CHECK(suspects() == 0);

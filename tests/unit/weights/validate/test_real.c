@@ -340,16 +340,16 @@ static void curvature_goes_with_its_normal(void)
 
 /* ---- Summaries ---- */
 
-/* Contenders one, pca (two variants) and other over two rows. */
+/* Methods one, pca (two variants) and other over two rows. */
 static struct gnp_real_table small_table(void)
 {
 	static const unsigned k[2] = {10, 18};
 	static const double figures[2][4] = {{2, 8, 4, 5}, {9, 3, 6, 6}}; /* one, pca's two, other */
-	struct gnp_real_table table = {.contender_count = 3, .plan = {.points = 100000, .centres = 7}};
+	struct gnp_real_table table = {.method_count = 3, .plan = {.points = 100000, .centres = 7}};
 	static const char *const names[] = {"one", "pca", "other"};
 	for (int c = 0; c < 3; c++) {
-		table.contenders[c] = (struct gnp_real_contender){.variants = c == 1 ? 2 : 1, .k = c == 1 ? k : NULL};
-		snprintf(table.contenders[c].name, sizeof table.contenders[c].name, "%s", names[c]);
+		table.methods[c] = (struct gnp_real_method){.variants = c == 1 ? 2 : 1, .k = c == 1 ? k : NULL};
+		snprintf(table.methods[c].name, sizeof table.methods[c].name, "%s", names[c]);
 	}
 	for (int r = 0; r < 2; r++) {
 		struct gnp_real_row *row = gnp_real_table_add(&table);
@@ -379,7 +379,7 @@ static void summaries_compare_with_the_best_variant(void)
 	const struct gnp_real_summary pca = gnp_real_table_summary(&table, GNP_REAL_SAMPLES, 1);
 	CHECK_NEAR(pca.ratio, 1, 1e-12);
 	CHECK_NEAR(pca.worst, 2, 1e-12);
-	table.contenders[0].part = GNP_ABLATION_REMOVED; /* nobody is compared with what is not whole */
+	table.methods[0].part = GNP_ABLATION_REMOVED; /* nobody is compared with what is not whole */
 	CHECK_NEAR(gnp_real_table_summary(&table, GNP_REAL_SAMPLES, 1).best, 1, 1e-12);
 	gnp_real_table_clear(&table);
 }
@@ -398,7 +398,7 @@ static void the_table_is_written_three_ways(void)
 	                     "|        9.00 |   3.00 (10) |        6.00 |");
 	CHECK_CONTAINS(text, "| one          |  1.750 |   50.0 |   3.00 |   5.50 |");
 	CHECK_CONTAINS(text, "Judged are 7 points a cloud");
-	CHECK_CONTAINS(text, "{\"contender\": \"pca\", \"part\": \"whole\", \"k\": 18, \"rms\": 4, \"median\": null");
+	CHECK_CONTAINS(text, "{\"method\": \"pca\", \"part\": \"whole\", \"k\": 18, \"rms\": 4, \"median\": null");
 	CHECK_CONTAINS(text, "\"ratio_to_pca\": 1.75");
 	free(text);
 	gnp_real_table_clear(&table);
@@ -480,7 +480,7 @@ static void a_run_judges_every_cloud_alike_for_any_worker_count(void)
 	free(said);
 	CHECK(one.row_count == 7 && two.row_count == 7 && one.mesh_count == 1 &&
 	      one.meshes[0].triangles == 2 * ROUND * ACROSS);
-	CHECK(gnp_real_table_find(&one, "pcl_pca") == one.contender_count);
+	CHECK(gnp_real_table_find(&one, "pcl_pca") == one.method_count);
 	size_t adaptive = gnp_real_table_find(&one, "adaptive"), pca = gnp_real_table_find(&one, "pca");
 	size_t none = gnp_real_table_find(&one, "open3d_pca");
 	CHECK_NEAR(one.seconds[none], 7 * 0.25, 1e-9);
@@ -505,11 +505,11 @@ static void the_tables_pca_is_that_of_the_nearest_points(void)
 	struct gnp_real_cloud cloud;
 	struct gnp_real_score scores[GNP_REAL_VARIANTS], brute;
 	double seconds = 0, normals[3 * 20];
-	struct gnp_real_contender contenders[GNP_REAL_CONTENDERS_MAX];
-	CHECK(gnp_real_contender_list(NULL, NULL, contenders) == 3);
+	struct gnp_real_method methods[GNP_REAL_METHODS_MAX];
+	CHECK(gnp_real_method_list(NULL, NULL, methods) == 3);
 	CHECK(gnp_real_body_make(1, pool, &cloud, NULL) == GNP_OK); /* a noisy torus of 2,000 points */
 	CHECK(gnp_real_cloud_choose(&cloud, 20, 1, NULL) == GNP_OK);
-	CHECK(gnp_real_contender_judge(&contenders[2], NULL, &cloud, pool, scores, &seconds, NULL) == GNP_OK);
+	CHECK(gnp_real_method_judge(&methods[2], NULL, &cloud, pool, scores, &seconds, NULL) == GNP_OK);
 	for (size_t i = 0; i < 20; i++) {
 		uint32_t near[10];
 		double limit = 0; /* grows past one point after the other */

@@ -1,0 +1,10 @@
+/* From a member back to the struct that holds it: for callbacks that are given what is embedded in what they are
+ * about. */
+#ifndef GNPD_CONTAINER_H
+#define GNPD_CONTAINER_H
+
+#include <stddef.h>
+
+#define GNPD_CONTAINER_OF(pointer, type, member) ((type *)(void *)((char *)(pointer) - offsetof(type, member)))
+
+#endif
