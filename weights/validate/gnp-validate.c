@@ -116,6 +116,16 @@ static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan
 	return GNP_OK;
 }
 
+/* What only the real table knows would be passed over. */
+static gnp_status refuse_real(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	static const char *const names[] = {"meshes", "peers", "sections", "only", "tune"};
+	for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+		if (gnp_arguments_has(arguments, names[i]))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table real", names[i]);
+	return GNP_OK;
+}
+
 static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
 	bool quick = gnp_arguments_has(arguments, "quick");
@@ -124,7 +134,9 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	unsigned contenders = quick ? QUICK_CONTENDERS : (1u << GNP_CONTENDERS) - 1;
 	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(),
 	                      gnp_arguments_has(arguments, "estimators"), 0};
-	gnp_status status = parse_sizes(arguments, plan, error);
+	gnp_status status = refuse_real(arguments, error);
+	if (status == GNP_OK)
+		status = parse_sizes(arguments, plan, error);
 	if (status == GNP_OK)
 		status = parse_list(arguments, "estimators", contender_name, &contenders, error);
 	gnp_selection_take(&plan->selection, contenders);
@@ -236,7 +248,9 @@ static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct g
 	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
 		if (gnp_arguments_has(arguments, other[i]))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table 1", other[i]);
-	gnp_status status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
+	gnp_status status = refuse_real(arguments, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
 	if (status == GNP_OK)
 		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
 	plan->points = points;

@@ -7,8 +7,8 @@
 
 #include "core/base/memory.h"
 #include "core/cloud/neighbors.h"
-#include "core/cloud/pca.h"
 #include "core/estimate/estimate.h"
+#include "core/linear/pca.h"
 
 static const unsigned neighbors_of_pca[GNP_REAL_VARIANTS] = {10, 18, 30, 50, 112};
 

@@ -4,7 +4,7 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/cloud/pca.h"
+#include "core/linear/pca.h"
 #include "tests/unit/test.h"
 #include "weights/protocol/protocol.h"
 #include "weights/validate/real_body.h"
