@@ -204,6 +204,15 @@ static void write_ablation(const struct gnp_real_table *table, const struct styl
 	fputc('\n', out);
 }
 
+/* Which files the models were. */
+static void write_weights(const struct gnp_real_table *table, FILE *out)
+{
+	fputs("## Weights\n", out);
+	for (size_t c = 0; c < table->method_count; c++)
+		if (is_whole(table, c) && table->methods[c].model)
+			fprintf(out, "- %s: sha256 %s\n", table->methods[c].name, table->methods[c].model->sha256);
+}
+
 /* ---- Whole ---- */
 
 void gnp_real_table_write_text(const struct gnp_real_table *table, FILE *out)
@@ -300,8 +309,9 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 		write_ablation(table, &bars, out);
 	}
 	fprintf(out,
-	        "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search "
-	        "of neighbours included. The whole table took\n%.0f s.\n\n",
+	        "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search of\n"
+	        "neighbours included. The whole table took %.0f s.\n\n",
 	        table->wall);
 	write_seconds(table, &bars, out);
+	write_weights(table, out);
 }
