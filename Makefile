@@ -153,6 +153,11 @@ $(OUT)/tests/failing_malloc.so: tests/failing_malloc.c | $(OUT)/.libraries
 	@mkdir -p $(@D)
 	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
 
+$(OUT)/tests/counting_malloc.so: tests/counting_malloc.c | $(OUT)/.libraries
+	@mkdir -p $(@D)
+	$(CC) -std=c11 -D_GNU_SOURCE -O2 -g $(WARN) -fPIC -shared -o $@ $<
+$(OUT)/tests/unit/proto/operation/test_memory_estimates: | $(OUT)/tests/counting_malloc.so
+
 unit: $(CHOSEN) ## build and run the unit tests; TEST="order orient": these alone
 	tests/unit/run-unit $(CHOSEN)
 

@@ -1,4 +1,4 @@
-/* What a server answers in JSON, read by jansson: its one user among the clients. Nodes belong to the answer. */
+/* Reads what a server answers in JSON, by jansson: its one user among the clients. Nodes belong to the answer. */
 #ifndef GNP_CLIENTS_ANSWER_H
 #define GNP_CLIENTS_ANSWER_H
 

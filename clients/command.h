@@ -1,4 +1,5 @@
-/* The subcommands of gnp: one row each in the table of gnp.c, plus one for every operation of the proto table. */
+/* What a subcommand of gnp is: its name, its options and the function that runs it. The table of all is in gnp.c, with
+ * one more for every operation that proto/ knows. */
 #ifndef GNP_CLIENTS_COMMAND_H
 #define GNP_CLIENTS_COMMAND_H
 

@@ -1,4 +1,4 @@
-/* Named fields of a decoded file, whatever way its format spells them. */
+/* Finds the named fields of a decoded file, whatever way its format spells them. */
 #ifndef GNP_CLIENTS_FIELDS_H
 #define GNP_CLIENTS_FIELDS_H
 

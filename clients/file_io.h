@@ -1,4 +1,4 @@
-/* Whole files in and out. "-" is standard input or output. */
+/* Reads and writes whole files. "-" is standard input or output. */
 #ifndef GNP_CLIENTS_FILE_IO_H
 #define GNP_CLIENTS_FILE_IO_H
 

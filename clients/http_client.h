@@ -1,4 +1,4 @@
-/* HTTP to a gnpd server (the one libcurl user). */
+/* Sends a request to a gnpd server over HTTP and reads its answer (the one libcurl user). */
 #ifndef GNP_CLIENTS_HTTP_CLIENT_H
 #define GNP_CLIENTS_HTTP_CLIENT_H
 

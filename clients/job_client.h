@@ -1,4 +1,4 @@
-/* Jobs of a gnpd server: waiting for them, fetching what they answer. */
+/* Waits for the jobs of a gnpd server and fetches what they answer. */
 #ifndef GNP_CLIENTS_JOB_CLIENT_H
 #define GNP_CLIENTS_JOB_CLIENT_H
 

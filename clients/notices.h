@@ -1,4 +1,4 @@
-/* What an answer says of itself, on its way to the user: warnings on standard error, parameters as lines or as a file. */
+/* Tells the user what an answer says of itself: warnings on standard error, parameters as lines or as a file. */
 #ifndef GNP_CLIENTS_NOTICES_H
 #define GNP_CLIENTS_NOTICES_H
 

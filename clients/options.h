@@ -1,4 +1,4 @@
-/* Command-line options from a table: parsing, lookup, numbers, and the help lines. */
+/* Parses command-line options by a table: lookup, numbers within ranges, and the lines of help. */
 #ifndef GNP_CLIENTS_OPTIONS_H
 #define GNP_CLIENTS_OPTIONS_H
 

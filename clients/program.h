@@ -1,4 +1,4 @@
-/* Programs without subcommands: options from a table, --help, one thing to run, its error and exit code. */
+/* The main of programs without subcommands: options from a table, --help, one thing to run, its error and exit code. */
 #ifndef GNP_CLIENTS_PROGRAM_H
 #define GNP_CLIENTS_PROGRAM_H
 

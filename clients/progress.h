@@ -1,7 +1,7 @@
 /* Watches a task while it runs: a bar on stderr when that is a terminal, and Ctrl-C.
  *
- * From start to stop SIGINT and SIGTERM cancel the task instead of ending the process; a second one, more than half a second
- * later, ends it at once. A signal that was ignored stays so. One progress at a time in a process. */
+ * From start to stop SIGINT and SIGTERM cancel the task instead of ending the process; a second one, more than half a
+ * second later, ends it at once. A signal that was ignored stays so. One progress at a time in a process. */
 #ifndef GNP_CLIENTS_PROGRESS_H
 #define GNP_CLIENTS_PROGRESS_H
 

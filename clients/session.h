@@ -1,4 +1,4 @@
-/* What a command needs while it works: a task under watch (progress, Ctrl-C) and, for local work, a pool. */
+/* What a command of gnp needs while it works: a task under watch (progress, Ctrl-C) and, for local work, a pool. */
 #ifndef GNP_CLIENTS_SESSION_H
 #define GNP_CLIENTS_SESSION_H
 

@@ -49,7 +49,7 @@ def training_rows(keys):
 
 
 def validation(folder):
-    """The judge's table, VALIDATION.md: its lines, and which model each (contender, regime) was judged with."""
+    """The judge's table, VALIDATION.md: its lines, and which model each (method, regime) was judged with."""
     try:
         with open(os.path.join(folder, "VALIDATION.md")) as file:
             lines = file.read().splitlines()
@@ -66,9 +66,9 @@ def validation(folder):
 def judged_rows(model, table):
     """The model's rows, by family, with the paper's above them; none when the judge saw another file of this name."""
     lines, judged = table
-    contender, regime = judged.get((model["name"], model["sha256"]), (None, None))
+    method, regime = judged.get((model["name"], model["sha256"]), (None, None))
     title = None
-    for line in lines if contender else []:
+    for line in lines if method else []:
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if line.startswith("## "):
             title = line[3:]
@@ -76,7 +76,7 @@ def judged_rows(model, table):
             header = [line]
         elif line.startswith("| ---") and len(cells) > 6:
             header.append(line)
-        elif cells[0] == regime and (cells[1].endswith(", paper") or cells[1].startswith(contender + ",")):
+        elif cells[0] == regime and (cells[1].endswith(", paper") or cells[1].startswith(method + ",")):
             if title:
                 yield from ["", title + ":", ""] + header
             title = None

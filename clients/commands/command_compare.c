@@ -1,4 +1,4 @@
-/* gnp compare: how far a result is from the exact geometry. */
+/* gnp compare: prints how far a result is from the exact geometry. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,4 +1,4 @@
-/* gnp convert: one file format to another, all fields or some. */
+/* gnp convert: writes a file in another format, with all fields or some. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* gnp info: what a cloud's file holds, with the spread of every field. */
+/* gnp info: prints what a cloud's file holds, with the spread of every field. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

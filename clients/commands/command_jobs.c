@@ -1,4 +1,4 @@
-/* gnp jobs: the jobs of a server. */
+/* gnp jobs: lists, shows, cancels and fetches the jobs of a server. */
 #include <stdio.h>
 #include <string.h>
 

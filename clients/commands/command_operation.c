@@ -1,4 +1,5 @@
-/* gnp OPERATION: any operation of the proto table, by this machine's core or by a server; the answer is the same bytes. */
+/* gnp OPERATION: runs any operation of proto/operation, by this machine's core or by a server; the answer is the same
+ * bytes. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -1,4 +1,4 @@
-/* gnp plot: a picture of a cloud. */
+/* gnp plot: draws a picture of a cloud, coloured by a field. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,7 +11,7 @@
 #include "clients/session.h"
 #include "core/base/memory.h"
 #include "core/base/vector.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 
 static const struct gnp_option options[] = {
 	{"output", 'o', "FILE", "the PNG to write (default: standard output)"},

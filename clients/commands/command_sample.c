@@ -1,4 +1,4 @@
-/* gnp sample: an analytic cloud with its exact geometry. */
+/* gnp sample: makes an analytic cloud with its exact geometry. */
 #include <stdlib.h>
 #include <string.h>
 

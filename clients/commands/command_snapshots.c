@@ -1,4 +1,4 @@
-/* gnp snapshots: the states of a flow, which one NPZ holds, as a file each. */
+/* gnp snapshots: writes the states of a flow, which one NPZ holds, as a file each. */
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,5 @@
-/* Distances along the surface of a cloud from one of its points, without a server: prints the distance to every point of a torus, with its place.
+/* Distances along the surface of a cloud from one of its points, without a server: prints the distance to every point
+ * of a torus, with its place.
  *
  *     cc -o distances distances.c $(pkg-config --cflags --libs gnp)
  *     OPENBLAS_NUM_THREADS=1 ./distances [COUNT [SOURCE]] > distances.xyz */

@@ -1,4 +1,4 @@
-/* Numbers to colours: a diverging blue-white-red map, robust limits, round tick values. */
+/* Turns numbers into colours: a diverging blue-white-red map, robust limits, round tick values. */
 #ifndef GNP_CLIENTS_COLORMAP_H
 #define GNP_CLIENTS_COLORMAP_H
 

@@ -1,6 +1,7 @@
-/* Pictures of point clouds: every point is a small disc in its tangent plane (a surfel). Discs that overlap within a
- * disc's radius of the nearest are blended, normals and values alike, and the picture is lit and coloured afterwards, so
- * that a cloud looks like the surface it samples. Orthographic; hidden surfaces are removed by a depth buffer. */
+/* Draws pictures of point clouds: every point is a small disc in its tangent plane (a surfel). Discs that overlap
+ * within a disc's radius of the nearest are blended, normals and values alike, and the picture is lit and coloured
+ * afterwards, so that a cloud looks like the surface it samples. Orthographic; hidden surfaces are removed by a depth
+ * buffer. */
 #ifndef GNP_CLIENTS_RENDER_H
 #define GNP_CLIENTS_RENDER_H
 

@@ -1,4 +1,5 @@
-/* Numbers of options held to their ranges. GNP_INVALID_ARGUMENT names the option, the value and the range; a NaN is in none. */
+/* Checks that the numbers of options are in their ranges. GNP_INVALID_ARGUMENT names the option, the value and the
+ * range; a NaN is in none. */
 #ifndef GNP_CORE_CHECK_H
 #define GNP_CORE_CHECK_H
 

@@ -1,5 +1,6 @@
-/* How long work outlives the process it runs in: now and then it hands over what it needs to go on, and a later run of the same work
- * begins from what was handed over last. The answer is that of a run that was never interrupted. */
+/* Lets long work outlive the process it runs in. Now and then the work hands over what it needs to go on, and a later
+ * run of the same work begins from what was handed over last. The answer is that of a run that was never interrupted.
+ */
 #ifndef GNP_CORE_CHECKPOINT_H
 #define GNP_CORE_CHECKPOINT_H
 

@@ -3,8 +3,9 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Beyond what a call takes by its size: the small pieces of its bookkeeping. */
-enum { BOOKKEEPING = (64 << 10) + 1 };
+/* Beyond what a call takes by its size: the small pieces of its bookkeeping, and of what other threads may take of them
+ * meanwhile where there is no guard that keeps some back. */
+enum { BOOKKEEPING = (64 << 10) + 1, UNGUARDED = 512 << 10 };
 
 static bool (*_Atomic guard)(void); /* one for the process, as there is one malloc */
 
@@ -17,7 +18,7 @@ gnp_status gnp_headroom_need(const char *what, size_t bytes, struct gnp_error *e
 {
 	bool (*may_enter)(void) = atomic_load(&guard);
 	/* volatile, or the compiler makes none */
-	void *volatile trial = !may_enter || may_enter() ? malloc(bytes + BOOKKEEPING) : NULL;
+	void *volatile trial = !may_enter ? malloc(bytes + UNGUARDED) : may_enter() ? malloc(bytes + BOOKKEEPING) : NULL;
 	if (!trial)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for %zu bytes", what, bytes);
 	free(trial);

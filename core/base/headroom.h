@@ -1,10 +1,10 @@
 /* Asks, before a library is entered that crashes when an allocation fails, whether there is memory for what the
  * call will take.
  *
- * FLANN throws std::bad_alloc through its C interface and writes through what malloc gave it without looking;
- * jansson fails an assertion. Where others take memory in the meantime the answer is a forecast. A program that
- * must outlive that puts something of its own behind the question when it starts, as gnpd does
- * (server/base/reserve.h); the library replaces nothing by itself. */
+ * FLANN throws std::bad_alloc through its C interface and writes through what malloc gave it without looking, its
+ * OpenMP ends the process; jansson fails an assertion. Where others take memory in the meantime the answer is a
+ * forecast. A program that must outlive that puts something of its own behind the question when it starts, as gnpd
+ * does (server/base/reserve.h); the library replaces nothing by itself. */
 #ifndef GNP_CORE_HEADROOM_H
 #define GNP_CORE_HEADROOM_H
 

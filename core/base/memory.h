@@ -1,4 +1,4 @@
-/* Allocation with overflow-checked sizes. */
+/* Allocates arrays whose sizes are checked for overflow. */
 #ifndef GNP_CORE_MEMORY_H
 #define GNP_CORE_MEMORY_H
 

@@ -1,6 +1,8 @@
-/* Lists of the known names for errors about one that is not: "points, normals and 3 more; did you mean \"normals\"?".
+/* Writes the list of known names into errors about an unknown one: "points, normals and 3 more; did you mean
+ * \"normals\"?".
  *
- * A list is whole as far as it fits: no name is cut, those left out are counted, and the one nearest to what was given is looked for among all. */
+ * A list is whole as far as it fits: no name is cut, those left out are counted, and the one nearest to what was given
+ * is looked for among all. */
 #ifndef GNP_CORE_NAMES_H
 #define GNP_CORE_NAMES_H
 

@@ -1,12 +1,11 @@
 /* One set of worker threads for every job of the process.
  *
- * A job is a loop over [0, count) cut into fixed chunks. Workers take chunks round-robin over the running
- * jobs, so one large job uses all cores and many share them. Three chunks of four are of young tasks, where there are any: those
- * the workers have spent less than half a second on. So a small request waits for the chunks under way, not for its turn among
- * large ones, and what is large still goes on. The calling thread (the job's coordinator) blocks until its loop is done
- * and does the serial parts of its pipeline itself.
- * Chunk boundaries depend on count and chunk alone, never on the number of workers: results whose chunks
- * write disjoint outputs are bit-equal for any worker count. */
+ * A job is a loop over [0, count) cut into fixed chunks. Workers take chunks round-robin over the running jobs, so one
+ * large job uses all cores and many share them. Three chunks of four are of young tasks, where there are any: those
+ * the workers have spent less than half a second on. So a small request waits for the chunks under way, not for its
+ * turn among large ones, and what is large still goes on. The calling thread (the job's coordinator) blocks until its
+ * loop is done and does the serial parts of its pipeline itself. Chunk boundaries depend on count and chunk alone,
+ * never on the number of workers: results whose chunks write disjoint outputs are bit-equal for any worker count. */
 #ifndef GNP_CORE_POOL_H
 #define GNP_CORE_POOL_H
 

@@ -1,7 +1,8 @@
 /* Small seeded random numbers (xoshiro256++ of Blackman & Vigna, seeded by splitmix64).
  *
- * A generator is keyed by (seed, stream). Streams of one seed are independent of each other, so that an item may have its
- * own generator (the same numbers for any number of threads) and training and validation may use disjoint streams. */
+ * A generator is keyed by (seed, stream). Streams of one seed are independent of each other, so that an item may have
+ * its own generator (the same numbers for any number of threads) and training and validation may use disjoint streams.
+ */
 #ifndef GNP_CORE_RANDOM_H
 #define GNP_CORE_RANDOM_H
 

@@ -1,4 +1,4 @@
-/* SHA-256, by nettle: its one user. */
+/* Computes and compares SHA-256 digests, by nettle: its one user. */
 #ifndef GNP_CORE_SHA256_H
 #define GNP_CORE_SHA256_H
 

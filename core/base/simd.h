@@ -1,6 +1,6 @@
-/* One body, several instruction sets: kernels are written once as always-inline functions on 8-wide vectors and
- * instantiated for AVX-512, AVX2 and the baseline; the widest the processor has is called. The choice depends on the
- * machine alone, so results repeat to the bit on one machine. */
+/* Compiles one kernel for several instruction sets: kernels are written once as always-inline functions on 8-wide
+ * vectors and instantiated for AVX-512, AVX2 and the baseline; the widest the processor has is called. The choice
+ * depends on the machine alone, so results repeat to the bit on one machine. */
 #ifndef GNP_CORE_SIMD_H
 #define GNP_CORE_SIMD_H
 

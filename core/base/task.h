@@ -1,7 +1,8 @@
-/* A unit of work as its observers see it: cancel token, progress, stage, the seconds of each stage, and warnings of its answer.
+/* A unit of work as its observers see it: cancel token, progress, stage, the seconds of each stage, and warnings of
+ * its answer.
  *
- * One thread (the coordinator) drives a task through its stages; pool workers add to its progress and poll
- * its cancel flag; any thread may cancel it or read it at any moment without a lock. */
+ * One thread (the coordinator) drives a task through its stages; pool workers add to its progress and poll its cancel
+ * flag; any thread may cancel it or read it at any moment without a lock. */
 #ifndef GNP_CORE_TASK_H
 #define GNP_CORE_TASK_H
 

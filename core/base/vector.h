@@ -1,6 +1,9 @@
-/* What many files need of three-vectors and of sorting numbers. */
+/* Dot and cross products of three-vectors, the largest coordinate, and the order of numbers for qsort: what many files need. */
 #ifndef GNP_CORE_VECTOR_H
 #define GNP_CORE_VECTOR_H
+
+/* The largest coordinate of a cloud: squares of distances stay finite. */
+#define GNP_COORDINATE_MAX 1e100
 
 static inline double gnp_dot(const double a[3], const double b[3])
 {

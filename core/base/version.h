@@ -1,4 +1,5 @@
-/* The version of everything in this tree: the library, the daemon and the command line have one (semantic versioning 2.0). */
+/* The version of everything in this tree: the library, the daemon and the command line have one (semantic versioning
+ * 2.0). */
 #ifndef GNP_CORE_VERSION_H
 #define GNP_CORE_VERSION_H
 

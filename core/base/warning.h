@@ -1,7 +1,9 @@
-/* What a computation found out about its own answer that its user has to know: it is not to be believed, or not what one would expect.
+/* The warnings of an answer: why it may be wrong, or is not what its user would expect, as the computation itself
+ * found out.
  *
- * A warning has a kind and a sentence with the value found and the limit it passed: "precision: the points' numbers have steps of 0.5 there,
- * the spacing is 0.06: ...". Of each kind an answer has one; what comes later of the same kind is not recorded. */
+ * A warning has a kind and a sentence with the value found and the limit it passed: "precision: the points' numbers
+ * have steps of 0.5 there, the spacing is 0.06: ...". Of each kind an answer has one; what comes later of the same
+ * kind is not recorded. */
 #ifndef GNP_CORE_WARNING_H
 #define GNP_CORE_WARNING_H
 

@@ -4,7 +4,7 @@
 #include <stdatomic.h>
 
 #include "core/cells/cell.h"
-#include "core/cloud/neighborhoods.h"
+#include "core/search/neighborhoods.h"
 
 enum { POINTS_A_CHUNK = 512 };
 

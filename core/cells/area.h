@@ -1,4 +1,4 @@
-/* The area each point of a cloud stands for: that of its Voronoi cell in the tangent plane (cell.h). */
+/* Measures the area that each point of a cloud stands for: that of its Voronoi cell in the tangent plane (cell.h). */
 #ifndef GNP_CORE_AREA_H
 #define GNP_CORE_AREA_H
 

@@ -1,6 +1,7 @@
-/* Voronoi cells of a cloud's points, each in the point's tangent plane among the neighbours of its sheet: how much area a point
- * stands for, where the cell's centroid is, how wide the largest gap about the point is, and the edges shared with neighbours,
- * from which the finite-volume Laplacian follows (on a mesh: the cotangent Laplacian of the local Delaunay triangulation).
+/* Voronoi cells of a cloud's points, each in the point's tangent plane among the neighbours of its sheet: how much
+ * area a point stands for, where the cell's centroid is, how wide the largest gap about the point is, and the edges
+ * shared with neighbours, from which the finite-volume Laplacian follows (on a mesh: the cotangent Laplacian of the
+ * local Delaunay triangulation).
  *
  * Cells that neighbours do not close, at open boundaries, are cut at about half a spacing outside. */
 #ifndef GNP_CORE_CELL_H

@@ -1,5 +1,6 @@
-/* Implicit diffusion steps on a cloud: (M + c S) x = b with lumped masses M and a symmetric stiffness S whose rows sum to zero, both
- * of finite volumes on the points' cells (cell.h). S is positive semidefinite for any points, so every step is stable. */
+/* Implicit diffusion steps on a cloud: (M + c S) x = b with lumped masses M and a symmetric stiffness S whose rows sum
+ * to zero, both of finite volumes on the points' cells (cell.h). S is positive semidefinite for any points, so every
+ * step is stable. */
 #ifndef GNP_CORE_DIFFUSION_H
 #define GNP_CORE_DIFFUSION_H
 

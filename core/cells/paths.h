@@ -1,4 +1,4 @@
-/* Shortest ways along the edges of a graph over points (Dijkstra 1959). */
+/* Finds the shortest ways along the edges of a graph over points (Dijkstra 1959). */
 #ifndef GNP_CORE_PATHS_H
 #define GNP_CORE_PATHS_H
 

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
+#include "core/base/vector.h"
 #include "core/cloud/distinct.h"
 
 static gnp_status check_points(const struct gnp_cloud *cloud, struct gnp_error *error)

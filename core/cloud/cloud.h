@@ -6,9 +6,6 @@
 
 #include "core/base/status.h"
 
-/* The largest coordinate of a cloud: squares of distances stay finite. */
-#define GNP_COORDINATE_MAX 1e100
-
 /* Borrowed data. Lengths are in the caller's unit; every result scales with it. */
 struct gnp_cloud {
 	size_t count;

@@ -1,4 +1,4 @@
-/* Which patch serves which point. */
+/* Decides which patch serves which point, so that fewer patches than points need to be fitted. */
 #ifndef GNP_CORE_COVER_H
 #define GNP_CORE_COVER_H
 
@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "core/base/pool.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 
 /* Patch p has centre[p] and serves member[start[p]] .. member[start[p + 1] - 1]; every point is served exactly once.
  * Indices are positions in the index's order. Freed by gnp_cover_clear. */

@@ -1,4 +1,4 @@
-/* Which points of a cloud coincide exactly. */
+/* Finds the points of a cloud that coincide exactly. */
 #ifndef GNP_CORE_DISTINCT_H
 #define GNP_CORE_DISTINCT_H
 

@@ -1,4 +1,5 @@
-/* Farthest-point choice (Gonzalez 1985): each point chosen is the one farthest from those chosen before it. */
+/* Chooses points that are far apart, by farthest-point choice (Gonzalez 1985): each point chosen is the one farthest
+ * from those chosen before it. */
 #ifndef GNP_CORE_FARTHEST_H
 #define GNP_CORE_FARTHEST_H
 

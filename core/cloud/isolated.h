@@ -1,14 +1,14 @@
-/* Points and clusters far from all surface, found before any surface is fitted: the statistical filter for gross
+/* Finds points and clusters far from all surface, before any surface is fitted: the statistical filter for gross
  * outliers.
  *
- * The local spacing at a point is the median, over its 16 nearest, of r / sqrt(6 / pi), r the distance to the
- * sixth neighbour (or the first after it that does not coincide with the point): an isolated point's neighbours
- * lie on the surface, so that its spacing is the surface's. Points at most `link` local spacings apart are linked.
- * Of the pieces that hang together, those of fewer than `cluster` points are isolated, and those whose points are
- * scattered in space rather than along a surface (least variance of the 16 nearest over the sum of all three, on
- * average above 0.1: 0.2 for clutter, hardly any for surfaces); the largest piece never is. Points that were
- * displaced along the surface or by less than the link are not told apart by this, and an isolated flat cluster of
- * `cluster` points or more counts as a surface. */
+ * The local spacing at a point is the median, over its 16 nearest, of r / sqrt(6 / pi), r the distance to the sixth
+ * neighbour (or the first after it that does not coincide with the point): an isolated point's neighbours lie on the
+ * surface, so that its spacing is the surface's. Points at most `link` local spacings apart are linked. Of the pieces
+ * that hang together, those of fewer than `cluster` points are isolated, and those whose points are scattered in space
+ * rather than along a surface (least variance of the 16 nearest over the sum of all three, on average above 0.1: 0.2
+ * for clutter, hardly any for surfaces); the largest piece never is. Points that were displaced along the surface or
+ * by less than the link are not told apart by this, and an isolated flat cluster of `cluster` points or more counts as
+ * a surface. */
 #ifndef GNP_CORE_ISOLATED_H
 #define GNP_CORE_ISOLATED_H
 

@@ -1,6 +1,6 @@
-/* Normals for clouds that come without: estimation by local PCA, consistent orientation by a minimum spanning
- * tree on the Riemannian graph (Hoppe, DeRose, Duchamp, McDonald & Stuetzle 1992), per connected component,
- * outward for closed surfaces. */
+/* Estimates and orients normals for clouds that come without: estimation by local PCA, consistent orientation by a
+ * minimum spanning tree on the Riemannian graph (Hoppe, DeRose, Duchamp, McDonald & Stuetzle 1992), per connected
+ * component, outward for closed surfaces. */
 #ifndef GNP_CORE_ORIENT_H
 #define GNP_CORE_ORIENT_H
 
@@ -9,7 +9,7 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 
 /* points (count, 3) in curve order, neighbors built over them; normals (count, 3) out, unit length. Any finite
  * points: coincident, collinear and few ones get some unit normal. k: neighbours used a point (0: the default, 16;

@@ -6,8 +6,8 @@
 
 #include "core/base/memory.h"
 #include "core/base/vector.h"
-#include "core/cloud/neighborhoods.h"
 #include "core/linear/pca.h"
+#include "core/search/neighborhoods.h"
 
 /* Terms of an edge's weight besides 1 - |agreement of normals|, and the largest weight told apart. On noisy and
  * undersampled surfaces leaving the tangent planes is the best sign of an edge that misleads; 1 .. 4 serve alike. */

@@ -13,7 +13,7 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 
 struct gnp_orient_edge {
 	uint32_t from, to; /* to << 1 | opposite */

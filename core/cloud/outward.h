@@ -1,4 +1,4 @@
-/* Which of its two consistent orientations makes a surface's normals point outward. */
+/* Decides which of its two consistent orientations makes a surface's normals point outward. */
 #ifndef GNP_CORE_OUTWARD_H
 #define GNP_CORE_OUTWARD_H
 

@@ -12,7 +12,7 @@
 #include <stdint.h>
 
 #include "core/base/vector.h"
-#include "core/cloud/neighborhoods.h"
+#include "core/search/neighborhoods.h"
 
 #define GNP_PATCH_TAU 1.1 /* epsilon = tau r_k */
 

@@ -3,11 +3,13 @@
 #ifndef GNP_CORE_PREPARE_H
 #define GNP_CORE_PREPARE_H
 
+#include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "core/base/pool.h"
 #include "core/cloud/cloud.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 
 /* Owned; freed by gnp_prepared_clear. */
 struct gnp_prepared {
@@ -33,5 +35,9 @@ gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *po
 gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out,
                               struct gnp_error *error);
 void gnp_prepared_clear(struct gnp_prepared *prepared);
+
+/* Bytes a prepared cloud of count points holds, and the most that gnp_prepare may allocate to make it; given: it comes with normals. */
+size_t gnp_prepared_memory(size_t count);
+size_t gnp_prepare_memory(size_t count, bool given);
 
 #endif

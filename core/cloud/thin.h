@@ -1,4 +1,5 @@
-/* Poisson-disk thinning in a fixed order: of points closer together than a distance, those that come first stay. */
+/* Thins a cloud to a least distance (Poisson disks), in a fixed order: of points closer together than a distance,
+ * those that come first stay. */
 #ifndef GNP_CORE_THIN_H
 #define GNP_CORE_THIN_H
 

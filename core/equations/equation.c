@@ -73,7 +73,8 @@ static gnp_status pin(struct gnp_csr *matrix, struct gnp_equation *equation, str
 		return status;
 	equation->pin = gnp_array_new(equation->components.count, sizeof *equation->pin);
 	if (!equation->pin)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "system: no memory for %zu components", equation->components.count);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                     "system: no memory for %zu components", equation->components.count);
 	for (size_t k = 0; k < equation->components.count; k++) {
 		uint32_t anchor = equation->components.anchor[k];
 		double *diagonal = diagonal_of(matrix, anchor);
@@ -161,4 +162,10 @@ gnp_status gnp_equation_make(const struct gnp_domain *domain, const struct gnp_l
 	else
 		gnp_equation_clear(&equation);
 	return status;
+}
+
+size_t gnp_equation_part(const struct gnp_equation *equation, size_t unknown)
+{
+	uint32_t label = equation->components.label[unknown];
+	return equation->components.count == 1 ? 0 : label == GNP_COMPONENT_NONE ? equation->components.count : label;
 }

@@ -1,13 +1,13 @@
 /* The linear system of alpha u - Delta u = f on a domain, ready for a solver: every free constant is held by a pin.
  *
- * Derivatives do not see constants: each part of the system that stands alone (components.h) has one that is free. Adding to the diagonal
- * at one unknown of each, its anchor, makes the system regular: what is inconsistent in f comes out as the solution's value there, from
- * which the constant that has to be taken off f follows (poisson.c). */
+ * Derivatives do not see constants: each part of the system that stands alone (components.h) has one that is free.
+ * Adding to the diagonal at one unknown of each, its anchor, makes the system regular: what is inconsistent in f comes
+ * out as the solution's value there, from which the constant that has to be taken off f follows (poisson.c). */
 #ifndef GNP_CORE_EQUATION_H
 #define GNP_CORE_EQUATION_H
 
-#include "core/equations/laplacian.h"
 #include "core/linear/components.h"
+#include "core/operators/laplacian.h"
 
 /* Owned; freed by gnp_equation_clear. Rows are the domain's points, unknowns the kept ones. */
 struct gnp_equation {
@@ -24,11 +24,15 @@ struct gnp_equation {
 	size_t reduced;          /* rows fitted with a lower degree */
 };
 
-/* given (points): as above for all points of the domain, in curve order; NULL: none is. On failure *out is unchanged. */
+/* given (points): as above for all points of the domain, in curve order; NULL: none is. On failure *out is
+ * unchanged. */
 gnp_status gnp_equation_make(const struct gnp_domain *domain, const struct gnp_laplacian_options *options, double alpha,
                              const unsigned char *given, struct gnp_pool *pool, struct gnp_task *task, struct gnp_equation *out,
                              struct gnp_error *error);
 void gnp_equation_clear(struct gnp_equation *equation);
 size_t gnp_equation_bytes(const struct gnp_equation *equation);
+
+/* Which part of the cloud an unknown is of; components.count: none that stands alone. */
+size_t gnp_equation_part(const struct gnp_equation *equation, size_t unknown);
 
 #endif

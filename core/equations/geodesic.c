@@ -6,11 +6,11 @@
 
 #include "core/base/memory.h"
 #include "core/cells/volume.h"
-#include "core/equations/collocation.h"
-#include "core/equations/equation_check.h"
 #include "core/equations/geodesic_check.h"
 #include "core/linear/components.h"
 #include "core/linear/factor_solve.h"
+#include "core/operators/collocation.h"
+#include "core/operators/operator_check.h"
 
 /* Heat must not underflow across the cloud: exp(-700) is the last double of full precision. */
 static const double longest_way = 500; /* in units of sqrt t */
@@ -67,8 +67,8 @@ static double flow_time(const struct gnp_domain *domain)
 }
 
 /* S + diag(added), factored. */
-static gnp_status factor(const struct gnp_geodesic *geodesic, const double *added, struct gnp_pool *pool, struct gnp_task *task,
-                         struct gnp_factor **out, struct gnp_error *error)
+static gnp_status factor(const struct gnp_geodesic *geodesic, const double *added, struct gnp_pool *pool,
+                         struct gnp_task *task, struct gnp_factor **out, struct gnp_error *error)
 {
 	struct gnp_csr matrix = {.rows = 0};
 	struct gnp_factor_plan plan;
@@ -92,7 +92,8 @@ static gnp_status find_components(struct gnp_geodesic *geodesic, double *added, 
 	return status;
 }
 
-static gnp_status make_factors(struct gnp_geodesic *geodesic, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status make_factors(struct gnp_geodesic *geodesic, struct gnp_pool *pool, struct gnp_task *task,
+                               struct gnp_error *error)
 {
 	const struct gnp_stiffness *stiffness = &geodesic->stiffness;
 	double *added = gnp_array_new(stiffness->count, sizeof *added);
@@ -128,8 +129,8 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 	if (status == GNP_OK)
 		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
 	if (status == GNP_OK) {
-		gnp_equation_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
-		gnp_equation_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
+		gnp_operator_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
+		gnp_operator_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
 		geodesic->time = flow_time(&geodesic->domain);
 		status = make_factors(geodesic, pool, task, error);
 	}
@@ -137,8 +138,9 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 	return status;
 }
 
-gnp_status gnp_geodesic_create(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_geodesic **out, struct gnp_error *error)
+gnp_status gnp_geodesic_create(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_geodesic **out,
+                               struct gnp_error *error)
 {
 	struct gnp_geodesic *geodesic = gnp_array_zero(1, sizeof *geodesic);
 	if (!geodesic)
@@ -183,7 +185,8 @@ static gnp_status mark_sources(const uint32_t *sources, size_t count, struct flo
 	free(wanted);
 	if (found == distinct)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: the filter dropped %zu of %zu", distinct - found, distinct);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "sources: the filter dropped %zu of %zu", distinct - found, distinct);
 }
 
 static bool is_reached(const struct flow *flow, size_t i)
@@ -192,7 +195,8 @@ static bool is_reached(const struct flow *flow, size_t i)
 	return label != GNP_COMPONENT_NONE && flow->reached[label];
 }
 
-static gnp_status let_heat_flow(struct flow *flow, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status let_heat_flow(struct flow *flow, struct gnp_pool *pool, struct gnp_task *task,
+                                struct gnp_error *error)
 {
 	const struct gnp_geodesic *geodesic = flow->geodesic;
 	size_t n = geodesic->domain.prepared.count;
@@ -222,7 +226,8 @@ static gnp_status find_directions(struct flow *flow, struct gnp_pool *pool, stru
 	return GNP_OK;
 }
 
-/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own direction. */
+/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own
+ * direction. */
 static void sum_flux(struct flow *flow)
 {
 	const struct gnp_stiffness *stiffness = &flow->geodesic->stiffness;
@@ -266,19 +271,22 @@ static void write_distances(const struct flow *flow, double *distance)
 	}
 }
 
-static gnp_status check_sources(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count, struct gnp_error *error)
+static gnp_status check_sources(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count,
+                                struct gnp_error *error)
 {
 	if (count == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: got none, need at least 1");
 	for (size_t s = 0; s < count; s++)
 		if (sources[s] >= geodesic->domain.cloud_count)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources[%zu]: got point %u, the cloud has %zu", s, sources[s],
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "sources[%zu]: got point %u, the cloud has %zu", s, sources[s],
 			                     geodesic->domain.cloud_count);
 	return GNP_OK;
 }
 
-gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count, struct gnp_pool *pool,
-                                 struct gnp_task *task, double *distance, struct gnp_error *error)
+gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count,
+                                 struct gnp_pool *pool, struct gnp_task *task, double *distance,
+                                 struct gnp_error *error)
 {
 	size_t n = geodesic->domain.prepared.count;
 	gnp_status status = check_sources(geodesic, sources, count, error);

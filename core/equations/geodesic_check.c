@@ -17,7 +17,8 @@ struct lines {
 	double *length; /* (points) */
 };
 
-static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	const struct lines *lines = context;
 	uint32_t *nearest = gnp_scratch_take(scratch, end - begin, sizeof *nearest);
@@ -27,8 +28,8 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 }
 
 /* length (points) out: of the straight line to the nearest source. */
-static gnp_status measure_lines(const struct gnp_prepared *prepared, const unsigned char *source, struct gnp_pool *pool, struct gnp_task *task,
-                                double *length, struct gnp_error *error)
+static gnp_status measure_lines(const struct gnp_prepared *prepared, const unsigned char *source, struct gnp_pool *pool,
+                                struct gnp_task *task, double *length, struct gnp_error *error)
 {
 	struct gnp_neighbors *index = NULL;
 	double *places = gnp_array_new(prepared->count, 3 * sizeof *places);
@@ -47,7 +48,8 @@ static gnp_status measure_lines(const struct gnp_prepared *prepared, const unsig
 	return status;
 }
 
-static void judge(const double *line, const double *path, const double *distance, size_t count, struct gnp_warnings *warnings)
+static void judge(const double *line, const double *path, const double *distance, size_t count,
+                  struct gnp_warnings *warnings)
 {
 	double lines = 0, paths = 0, below = 0, beyond = 0;
 	for (size_t i = 0; i < count; i++) {
@@ -59,16 +61,19 @@ static void judge(const double *line, const double *path, const double *distance
 		beyond += fmax(0, distance[i] - path[i]);
 	}
 	if (below > beyond_most * lines)
-		gnp_warnings_add(warnings, GNP_WARNING_DISTANCE, "they are shorter than the straight line to the nearest source, by %.3g %% of it on average, more "
+		gnp_warnings_add(warnings, GNP_WARNING_DISTANCE,
+		                 "they are shorter than the straight line to the nearest source, by %.3g %% of it on average, more "
 		                 "than %g %%: not to be believed, the points are too uneven for the heat method", 100 * below / lines, 100 * beyond_most);
 	if (beyond > beyond_most * paths)
-		gnp_warnings_add(warnings, GNP_WARNING_DISTANCE, "they are longer than the way from point to point, by %.3g %% of it on average, more than %g %%: not "
+		gnp_warnings_add(warnings, GNP_WARNING_DISTANCE,
+		                 "they are longer than the way from point to point, by %.3g %% of it on average, more than %g %%: not "
 		                 "to be believed, the sources are too many or too close, or the points too uneven for the heat method", 100 * beyond / paths,
 		                 100 * beyond_most);
 }
 
-gnp_status gnp_geodesic_check(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes, const unsigned char *source,
-                              const double *distance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+gnp_status gnp_geodesic_check(const struct gnp_prepared *prepared, const struct gnp_stiffness *volumes,
+                              const unsigned char *source, const double *distance, struct gnp_pool *pool,
+                              struct gnp_task *task, struct gnp_error *error)
 {
 	size_t count = prepared->count;
 	if (!task)

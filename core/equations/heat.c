@@ -6,8 +6,9 @@
 #include "core/base/memory.h"
 #include "core/equations/heat_check.h"
 
-gnp_status gnp_heat_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, double dt, struct gnp_pool *pool,
-                            struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error)
+gnp_status gnp_heat_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, double dt,
+                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                            struct gnp_error *error)
 {
 	struct gnp_poisson_options screened = *options;
 	if (!(dt > 0) || isinf(dt))
@@ -17,19 +18,22 @@ gnp_status gnp_heat_prepare(const struct gnp_cloud *cloud, const struct gnp_pois
 }
 
 /* f = u / dt + source */
-static gnp_status begin_step(const double *u, const double *source, double dt, size_t entries, size_t step, double *f, struct gnp_error *error)
+static gnp_status begin_step(const double *u, const double *source, double dt, size_t entries, size_t step, double *f,
+                             struct gnp_error *error)
 {
 	for (size_t i = 0; i < entries; i++) {
 		f[i] = u[i] / dt + (source ? source[i] : 0);
 		if (isinf(f[i]) && step > 0)
-			return gnp_error_set(error, GNP_NO_CONVERGENCE, "heat: u is %g after %zu steps, too large to go on: the cloud does not resolve its surface, or "
+			return gnp_error_set(error, GNP_NO_CONVERGENCE,
+			                     "heat: u is %g after %zu steps, too large to go on: the cloud does not resolve its surface, or "
 			                     "has a boundary", u[i], step);
 	}
 	return GNP_OK;
 }
 
-gnp_status gnp_heat_step(const struct gnp_poisson *poisson, double dt, size_t steps, const double *source, const double *values,
-                         size_t count, struct gnp_pool *pool, struct gnp_task *task, double *u, struct gnp_error *error)
+gnp_status gnp_heat_step(const struct gnp_poisson *poisson, double dt, size_t steps, const double *source,
+                         const double *values, size_t count, struct gnp_pool *pool, struct gnp_task *task, double *u,
+                         struct gnp_error *error)
 {
 	size_t entries = gnp_poisson_info(poisson).points * count;
 	const struct gnp_domain *domain = gnp_poisson_domain(poisson);

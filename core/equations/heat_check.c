@@ -5,7 +5,8 @@
 static const double beyond_most = 0.02, change_most = 0.02; /* of the range: 0.003 where resolved, however rough the start */
 static const double rounding = 1e-6;                        /* of the largest value: iterations */
 
-struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source, size_t count, size_t column, double time)
+struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source,
+                                      size_t count, size_t column, double time)
 {
 	struct gnp_heat_range range = {.low = INFINITY, .high = -INFINITY};
 	double coldest = INFINITY, hottest = -INFINITY;
@@ -24,7 +25,8 @@ struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const dou
 	return range;
 }
 
-/* What u is at the end, as it is to be expected of the start. Dropped points, which have the local fit's values, are among those it is seen at. */
+/* What u is at the end, as it is to be expected of the start. Dropped points, which have the local fit's values, are
+ * among those it is seen at. */
 static struct gnp_heat_range measure(const struct gnp_domain *domain, const double *u, size_t count, size_t column)
 {
 	struct gnp_heat_range range = gnp_heat_expect(domain, u, NULL, count, column, 0);
@@ -44,10 +46,12 @@ void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t cou
 		double width = may.high - may.low, error = rounding * fmax(fabs(may.low), fabs(may.high));
 		double change = (found.total - may.total) / may.area;
 		if (!(found.low >= may.low - beyond_most * width - error) || !(found.high <= may.high + beyond_most * width + error))
-			gnp_warnings_add(warnings, GNP_WARNING_HEAT, "column %zu is not to be believed: it has values from %.6g to %.6g, heat that began as this "
+			gnp_warnings_add(warnings, GNP_WARNING_HEAT,
+			                 "column %zu is not to be believed: it has values from %.6g to %.6g, heat that began as this "
 			                 "did stays within %.6g and %.6g (%g of that range may lie beyond)", c, found.low, found.high, may.low, may.high, beyond_most);
 		else if (!(fabs(change) <= change_most * width + error))
-			gnp_warnings_add(warnings, GNP_WARNING_HEAT, "column %zu is not to be believed: its mean became %.6g, heat is not lost nor made, it would be "
+			gnp_warnings_add(warnings, GNP_WARNING_HEAT,
+			                 "column %zu is not to be believed: its mean became %.6g, heat is not lost nor made, it would be "
 			                 "%.6g (%g of the range from %.3g to %.3g may be off)", c, found.total / may.area, may.total / may.area, change_most, may.low,
 			                 may.high);
 	}

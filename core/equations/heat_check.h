@@ -1,10 +1,11 @@
-/* Whether heat can be believed: nowhere is it more than where it began hottest, nor less than where coldest, but for what sources add; and none
- * comes or goes otherwise. Records a warning with the value found and its limit (warning.h). */
+/* Whether heat can be believed: nowhere is it more than where it began hottest, nor less than where coldest, but for
+ * what sources add; and none comes or goes otherwise. Records a warning with the value found and its limit
+ * (warning.h). */
 #ifndef GNP_CORE_HEAT_CHECK_H
 #define GNP_CORE_HEAT_CHECK_H
 
 #include "core/base/warning.h"
-#include "core/equations/domain.h"
+#include "core/operators/domain.h"
 
 /* Of one column, over the points that take part, where nothing is given. */
 struct gnp_heat_range {
@@ -13,7 +14,8 @@ struct gnp_heat_range {
 };
 
 /* u, source (n, count): at the start; source may be NULL. time: from there to the end. */
-struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source, size_t count, size_t column, double time);
+struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source,
+                                      size_t count, size_t column, double time);
 /* u (n, count), ranges (count): at the end. warnings may be NULL. */
 void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t count, const struct gnp_heat_range *ranges,
                     struct gnp_warnings *warnings);

@@ -1,13 +1,13 @@
 /* Poisson equations on a cloud: alpha u - Delta u = f, alpha >= 0; with alpha = 0 Delta u = -f, u of zero mean.
  *
- * What is the same for every right-hand side (geometry, assembly, factor) is made once and kept in an opaque, immutable,
- * reference-counted object; threads may solve with one at the same time. */
+ * What is the same for every right-hand side (geometry, assembly, factor) is made once and kept in an opaque,
+ * immutable, reference-counted object; threads may solve with one at the same time. */
 #ifndef GNP_CORE_POISSON_H
 #define GNP_CORE_POISSON_H
 
 #include "core/cells/diffusion.h"
-#include "core/equations/laplacian.h"
 #include "core/equations/solver.h"
+#include "core/operators/laplacian.h"
 
 /* Which mean is zero: that of the surface, points weighing by their area, or that of the list of points. */
 enum gnp_mean { GNP_MEAN_AREA, GNP_MEAN_PLAIN };
@@ -23,16 +23,18 @@ struct gnp_poisson_options {
 	int iterations;             /* of them, at most; 1..10000 */
 };
 
-/* As gnp_laplacian_defaults; no screening, nothing fixed, solver auto without a limit, area mean, 1e-8 within 500 iterations. */
+/* As gnp_laplacian_defaults; no screening, nothing fixed, solver auto without a limit, area mean, 1e-8 within 500
+ * iterations. */
 struct gnp_poisson_options gnp_poisson_defaults(void);
 
 struct gnp_poisson; /* opaque */
 
-/* The caller holds one reference. GNP_INVALID_ARGUMENT, GNP_DEGENERATE, GNP_SINGULAR, GNP_TOO_LARGE with the estimate of the
- * memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of an operator that is not to be
- * believed (equation_check.h). */
-gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, struct gnp_poisson **out, struct gnp_error *error);
+/* The caller holds one reference. GNP_INVALID_ARGUMENT, GNP_DEGENERATE, GNP_SINGULAR, GNP_TOO_LARGE with the estimate
+ * of the memory. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of an
+ * operator that is not to be believed (operator_check.h). */
+gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                               struct gnp_error *error);
 struct gnp_poisson *gnp_poisson_retain(struct gnp_poisson *poisson);
 void gnp_poisson_release(struct gnp_poisson *poisson); /* frees with the last reference; NULL is allowed */
 
@@ -64,11 +66,12 @@ struct gnp_poisson_report {
 	double energy;        /* of u over what f explains (energy.h); NaN where values other than zero are given */
 };
 
-/* Solves for count right-hand sides f: source (n, count), solution (n, count) out, in the cloud's order; values (n, count) are read
- * where u is fixed, may be NULL when nothing is. reports (count) out, may be NULL. Points without an unknown get the value of the local
- * fit. GNP_INVALID_ARGUMENT for numbers that are not finite, GNP_NO_CONVERGENCE, also where solutions are not. On failure solution is undefined. task may be NULL. */
-gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values, size_t count,
-                             struct gnp_pool *pool, struct gnp_task *task, double *solution, struct gnp_poisson_report *reports,
-                             struct gnp_error *error);
+/* Solves for count right-hand sides f: source (n, count), solution (n, count) out, in the cloud's order; values (n,
+ * count) are read where u is fixed, may be NULL when nothing is. reports (count) out, may be NULL. Points without an
+ * unknown get the value of the local fit. GNP_INVALID_ARGUMENT for numbers that are not finite, GNP_NO_CONVERGENCE,
+ * also where solutions are not. On failure solution is undefined. task may be NULL. */
+gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *source, const double *values,
+                             size_t count, struct gnp_pool *pool, struct gnp_task *task, double *solution,
+                             struct gnp_poisson_report *reports, struct gnp_error *error);
 
 #endif

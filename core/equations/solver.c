@@ -52,8 +52,9 @@ static gnp_status too_large(const struct gnp_factor_plan *plan, size_t memory_li
 }
 
 /* fits (may be NULL: then it must) says whether the limit allows the factor. */
-static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit, struct gnp_pool *pool,
-                         struct gnp_task *task, bool *fits, struct gnp_factor **out, struct gnp_error *error)
+static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit,
+                         struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_factor **out,
+                         struct gnp_error *error)
 {
 	struct gnp_factor_plan plan;
 	gnp_task_stage(task, GNP_STAGE_FACTOR, 0);
@@ -80,8 +81,8 @@ static double *kept_points(const struct gnp_equation *equation, const double *po
 	return kept;
 }
 
-/* Rows of given points are of another unit than the others, which have one over a length squared: for a residual that does not depend on
- * the unit of length they weigh as much as the largest number of those. */
+/* Rows of given points are of another unit than the others, which have one over a length squared: for a residual that
+ * does not depend on the unit of length they weigh as much as the largest number of those. */
 static gnp_status weigh_rows(struct gnp_solver *solver, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
@@ -100,8 +101,8 @@ static gnp_status weigh_rows(struct gnp_solver *solver, struct gnp_error *error)
 	return GNP_OK;
 }
 
-static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain *domain, size_t memory_limit, struct gnp_pool *pool,
-                              struct gnp_task *task, bool *fits, struct gnp_error *error)
+static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain *domain, size_t memory_limit,
+                              struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	double *points = kept_points(equation, domain->prepared.points);
@@ -116,8 +117,8 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 }
 
 /* The kept points of a domain on their own. */
-static gnp_status prepare_kept(const struct gnp_equation *equation, const struct gnp_prepared *prepared, struct gnp_prepared *out,
-                               struct gnp_error *error)
+static gnp_status prepare_kept(const struct gnp_equation *equation, const struct gnp_prepared *prepared,
+                               struct gnp_prepared *out, struct gnp_error *error)
 {
 	*out = (struct gnp_prepared){.count = equation->unknowns, .points = kept_points(equation, prepared->points),
 	                             .normals = kept_points(equation, prepared->normals)};
@@ -127,7 +128,8 @@ static gnp_status prepare_kept(const struct gnp_equation *equation, const struct
 }
 
 /* What the finite-volume form has on its diagonal besides: alpha times the area, and the equation's pins. */
-static void add_diagonal(const struct gnp_equation *equation, const struct gnp_stiffness *stiffness, const double *mass, double *added)
+static void add_diagonal(const struct gnp_equation *equation, const struct gnp_stiffness *stiffness, const double *mass,
+                         double *added)
 {
 	for (size_t i = 0; i < equation->unknowns; i++)
 		added[i] = equation->alpha * mass[i];
@@ -140,8 +142,8 @@ static void add_diagonal(const struct gnp_equation *equation, const struct gnp_s
 			added[i] = 1;
 }
 
-static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_domain *domain, size_t memory_limit, struct gnp_pool *pool,
-                                 struct gnp_task *task, struct gnp_error *error)
+static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_domain *domain, size_t memory_limit,
+                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	struct gnp_prepared kept = {.count = 0};
@@ -169,8 +171,9 @@ static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_dom
 	return status;
 }
 
-gnp_status gnp_solver_create(struct gnp_equation *equation, const struct gnp_domain *domain, int kind, size_t memory_limit,
-                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_solver **out, struct gnp_error *error)
+gnp_status gnp_solver_create(struct gnp_equation *equation, const struct gnp_domain *domain, int kind,
+                             size_t memory_limit, struct gnp_pool *pool, struct gnp_task *task, struct gnp_solver **out,
+                             struct gnp_error *error)
 {
 	struct gnp_solver *solver = gnp_array_zero(1, sizeof *solver);
 	bool fits = true, may_change = kind == GNP_SOLVER_AUTO;
@@ -192,16 +195,16 @@ gnp_status gnp_solver_create(struct gnp_equation *equation, const struct gnp_dom
 	return status;
 }
 
-static gnp_status apply_matrix(const void *context, const double *x, double *y, struct gnp_pool *pool, struct gnp_task *task,
-                               struct gnp_error *error)
+static gnp_status apply_matrix(const void *context, const double *x, double *y, struct gnp_pool *pool,
+                               struct gnp_task *task, struct gnp_error *error)
 {
 	(void)task;
 	return gnp_csr_multiply(context, x, y, pool, NULL, error);
 }
 
 /* y = S^-1 M x: the finite-volume form of the inverse. */
-static gnp_status apply_volumes(const void *context, const double *x, double *y, struct gnp_pool *pool, struct gnp_task *task,
-                                struct gnp_error *error)
+static gnp_status apply_volumes(const void *context, const double *x, double *y, struct gnp_pool *pool,
+                                struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_solver *solver = context;
 	for (size_t i = 0; i < solver->equation->unknowns; i++)
@@ -210,8 +213,8 @@ static gnp_status apply_volumes(const void *context, const double *x, double *y,
 }
 
 /* y = S^-1 M^2 S^-1 x, that of the normal equations. */
-static gnp_status apply_volumes_twice(const void *context, const double *x, double *y, struct gnp_pool *pool, struct gnp_task *task,
-                                      struct gnp_error *error)
+static gnp_status apply_volumes_twice(const void *context, const double *x, double *y, struct gnp_pool *pool,
+                                      struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_solver *solver = context;
 	size_t n = solver->equation->unknowns;
@@ -222,9 +225,10 @@ static gnp_status apply_volumes_twice(const void *context, const double *x, doub
 	return status == GNP_OK ? gnp_factor_solve(solver->factor, y, 1, pool, task, error) : status;
 }
 
-/* Given values are no unknowns of least squares: b (rows) less what they contribute; x holds them and is zero elsewhere. */
-static gnp_status without_given(const struct gnp_equation *equation, const double *b, struct gnp_pool *pool, double *x, double *left,
-                                struct gnp_error *error)
+/* Given values are no unknowns of least squares: b (rows) less what they contribute; x holds them and is zero
+ * elsewhere. */
+static gnp_status without_given(const struct gnp_equation *equation, const double *b, struct gnp_pool *pool, double *x,
+                                double *left, struct gnp_error *error)
 {
 	memset(x, 0, equation->unknowns * sizeof *x);
 	for (size_t c = 0; equation->given && c < equation->unknowns; c++)
@@ -237,8 +241,9 @@ static gnp_status without_given(const struct gnp_equation *equation, const doubl
 }
 
 /* One right-hand side by CGLS: the correction of the given values. */
-static gnp_status iterate_least_squares(const struct gnp_solver *solver, const double *b, const struct gnp_krylov_options *options,
-                                        struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
+static gnp_status iterate_least_squares(const struct gnp_solver *solver, const double *b,
+                                        const struct gnp_krylov_options *options, struct gnp_pool *pool,
+                                        struct gnp_task *task, double *x, struct gnp_krylov_report *report,
                                         struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
@@ -258,8 +263,9 @@ static gnp_status iterate_least_squares(const struct gnp_solver *solver, const d
 	return status;
 }
 
-static gnp_status iterate(const struct gnp_solver *solver, const double *b, const struct gnp_krylov_options *options, struct gnp_pool *pool,
-                          struct gnp_task *task, double *x, struct gnp_krylov_report *report, struct gnp_error *error)
+static gnp_status iterate(const struct gnp_solver *solver, const double *b, const struct gnp_krylov_options *options,
+                          struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
+                          struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	struct gnp_krylov_options wanted = *options;
@@ -274,8 +280,9 @@ static gnp_status iterate(const struct gnp_solver *solver, const double *b, cons
 }
 
 /* correction (unknowns): of the residual left (rows), relative sizes of it in report. */
-static gnp_status residual_of(const struct gnp_solver *solver, const double *b, const double *x, struct gnp_pool *pool, double *left,
-                              double *correction, struct gnp_krylov_report *report, struct gnp_error *error)
+static gnp_status residual_of(const struct gnp_solver *solver, const double *b, const double *x, struct gnp_pool *pool,
+                              double *left, double *correction, struct gnp_krylov_report *report,
+                              struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	double size, norm;
@@ -298,8 +305,8 @@ static gnp_status residual_of(const struct gnp_solver *solver, const double *b, 
 }
 
 /* Checks a direct solution, and refines it once where that is worth it. */
-static gnp_status check(const struct gnp_solver *solver, const double *b, struct gnp_pool *pool, struct gnp_task *task, double *x,
-                        struct gnp_krylov_report *report, struct gnp_error *error)
+static gnp_status check(const struct gnp_solver *solver, const double *b, struct gnp_pool *pool, struct gnp_task *task,
+                        double *x, struct gnp_krylov_report *report, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	double *left = gnp_array_new(equation->rows + equation->unknowns, sizeof *left), *correction = left ? left + equation->rows : NULL;
@@ -344,9 +351,9 @@ static gnp_status solve_directly(const struct gnp_solver *solver, const double *
 	return status;
 }
 
-gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, size_t count, const struct gnp_krylov_options *options,
-                            struct gnp_pool *pool, struct gnp_task *task, double *x, struct gnp_krylov_report *report,
-                            struct gnp_error *error)
+gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, size_t count,
+                            const struct gnp_krylov_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                            double *x, struct gnp_krylov_report *report, struct gnp_error *error)
 {
 	const struct gnp_equation *equation = solver->equation;
 	if (solver->kind == GNP_SOLVER_DIRECT)

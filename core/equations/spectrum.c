@@ -44,12 +44,21 @@ void gnp_spectrum_clear(struct gnp_spectrum *spectrum)
 	*spectrum = (struct gnp_spectrum){.count = 0};
 }
 
+/* Numbers of the block for that many vectors of n; false where there can be none so large. */
+static bool count_entries(size_t n, size_t capacity, size_t *entries)
+{
+	size_t rows = capacity + BLOCK, long_ones;
+	if (!gnp_size_multiply(n, rows + 2 * BLOCK + 1, &long_ones))
+		return false;
+	*entries = long_ones + rows * capacity + rows + 2 * capacity * capacity + 10 * capacity;
+	return true;
+}
+
 static bool take(struct arnoldi *work, double **block)
 {
-	size_t m = work->capacity, rows = m + BLOCK, long_ones, entries;
-	if (!gnp_size_multiply(work->n, rows + 2 * BLOCK + 1, &long_ones))
+	size_t m = work->capacity, rows = m + BLOCK, entries;
+	if (!count_entries(work->n, m, &entries))
 		return false;
-	entries = long_ones + rows * m + rows + 2 * m * m + 10 * m;
 	*block = gnp_array_new(entries, sizeof **block);
 	work->ritz = gnp_array_new(m, sizeof *work->ritz);
 	if (!*block || !work->ritz)
@@ -68,7 +77,8 @@ static bool take(struct arnoldi *work, double **block)
 	return true;
 }
 
-/* Takes the first `count` vectors off vector `count`, twice, and makes it a unit vector. h (count + 1): their shares, its length. */
+/* Takes the first `count` vectors off vector `count`, twice, and makes it a unit vector. h (count + 1): their shares,
+ * its length. */
 static gnp_status orthogonalise(struct arnoldi *work, size_t count, double *h, struct gnp_error *error)
 {
 	double *w = work->basis + count * work->n;
@@ -152,7 +162,8 @@ static gnp_status decompose(struct arnoldi *work, struct gnp_error *error)
 	for (size_t k = 0; k < m; k++)
 		memcpy(work->matrix + k * m, work->projected + k * rows, m * sizeof(double));
 	if (gnp_linalg_eigen(m, work->matrix, work->real, work->imaginary, work->vectors, work->spare) != 0)
-		return gnp_error_set(error, GNP_NO_CONVERGENCE, "spectrum: the eigenvalues of a matrix of %zu rows were not found", m);
+		return gnp_error_set(error, GNP_NO_CONVERGENCE,
+		                     "spectrum: the eigenvalues of a matrix of %zu rows were not found", m);
 	for (size_t k = 0; k < m; k++) {
 		double theta = work->real[k], size = fmax(fabs(theta), 1e-300);
 		size_t part = work->imaginary[k] < 0; /* pairs come with the positive one first */
@@ -184,7 +195,8 @@ static gnp_status iterate(struct arnoldi *work, double tolerance, struct gnp_err
 			return GNP_OK;
 	}
 	if (status == GNP_OK)
-		status = gnp_error_set(error, GNP_NO_CONVERGENCE, "spectrum: residual %.3g with %zu vectors, need at most %g", worst, work->size,
+		status = gnp_error_set(error, GNP_NO_CONVERGENCE,
+		                       "spectrum: residual %.3g with %zu vectors, need at most %g", worst, work->size,
 		                       tolerance);
 	return status;
 }
@@ -221,15 +233,15 @@ static gnp_status allocate(size_t points, size_t count, struct gnp_spectrum *out
 	return gnp_error_set(error, GNP_OUT_OF_MEMORY, "spectrum: no memory for %zu eigenvectors of %zu", count, points);
 }
 
-/* Memory that is not come to is not touched. */
+/* Pages of the basis that no iteration reaches are never written, so they cost no memory. */
 static size_t capacity_of(size_t count, size_t points)
 {
 	size_t generous = 6 * count + 128, most = points - 2 * BLOCK;
 	return (generous < most ? generous : most) / BLOCK * BLOCK;
 }
 
-static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t count, double tolerance, struct gnp_pool *pool,
-                       struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
+static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t count, double tolerance,
+                       struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
 {
 	struct arnoldi work = {.poisson = poisson, .pool = pool, .task = task, .n = gnp_poisson_info(poisson).points, .wanted = count,
 	                       .sigma = sigma, .capacity = capacity_of(count, gnp_poisson_info(poisson).points)};
@@ -252,7 +264,8 @@ static gnp_status find(const struct gnp_poisson *poisson, double sigma, size_t c
 	return status;
 }
 
-/* A shift of the size of the first eigenvalue: that of a sphere of the cloud's extent, which scales as the spectrum does. */
+/* A shift of the size of the first eigenvalue: that of a sphere of the cloud's extent, which scales as the spectrum
+ * does. */
 static gnp_status choose_shift(const struct gnp_cloud *cloud, double *shift, struct gnp_error *error)
 {
 	double mean[3] = {0}, square = 0;
@@ -261,7 +274,8 @@ static gnp_status choose_shift(const struct gnp_cloud *cloud, double *shift, str
 	for (size_t i = 0; i < 3 * cloud->count; i++)
 		square += (cloud->points[i] - mean[i % 3]) * (cloud->points[i] - mean[i % 3]) / (double)cloud->count;
 	if (isinf(1 / square))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: the mean square of their distance from their middle is %.3g, which has no "
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "points: the mean square of their distance from their middle is %.3g, which has no "
 		                     "inverse in double precision: scale them up", square);
 	*shift = 1 / square;
 	return GNP_OK;
@@ -272,13 +286,15 @@ gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *err
 	if (count < 1 || count > COUNT_MAX)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%d", count, COUNT_MAX);
 	if (points < 4 * count + 96)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, 4 count + 96 where count is %zu", points,
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "points: got %zu, need at least %zu, 4 count + 96 where count is %zu", points,
 		                     4 * count + 96, count);
 	return GNP_OK;
 }
 
-gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count, double tolerance,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error)
+gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
+                            double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out,
+                            struct gnp_error *error)
 {
 	struct gnp_poisson_options screened = *options;
 	struct gnp_poisson *poisson = NULL;
@@ -307,4 +323,11 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 		gnp_spectrum_clear(&spectrum);
 	gnp_poisson_release(poisson);
 	return status;
+}
+
+size_t gnp_spectrum_memory(size_t points, size_t count)
+{
+	size_t capacity = capacity_of(count, points), entries = 0;
+	bool fits = points > 2 * BLOCK && count_entries(points, capacity, &entries) && entries < SIZE_MAX / sizeof(double) / 2;
+	return fits ? (entries + count * (points + 3)) * sizeof(double) + capacity * sizeof(struct gnp_ritz) : SIZE_MAX;
 }

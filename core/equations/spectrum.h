@@ -1,4 +1,5 @@
-/* The lowest eigenpairs of -Delta on a cloud: block Arnoldi iteration (Saad 2011, chapter 6) with (sigma - Delta)^-1, all of it on one factor. */
+/* The lowest eigenpairs of -Delta on a cloud: block Arnoldi iteration (Saad 2011, chapter 6) with (sigma - Delta)^-1,
+ * all of it on one factor. */
 #ifndef GNP_CORE_SPECTRUM_H
 #define GNP_CORE_SPECTRUM_H
 
@@ -18,11 +19,17 @@ struct gnp_spectrum {
 /* Whether a cloud of so many points has enough for the count lowest. */
 gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *error);
 
-/* The `count` lowest (1..500, fewer than the points by far). options: as for gnp_poisson_prepare, screening ignored and nothing fixed. tolerance: of the
- * residuals; 1e-12..0.1. GNP_NO_CONVERGENCE. Deterministic for any worker count. On failure *out is unchanged. task may be NULL; it is warned of
- * eigenpairs that are not to be believed (spectrum_check.h). */
-gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count, double tolerance,
-                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out, struct gnp_error *error);
+/* The `count` lowest (1..500, fewer than the points by far). options: as for gnp_poisson_prepare, screening ignored and
+ * nothing fixed. tolerance: of the residuals; 1e-12..0.1. GNP_NO_CONVERGENCE. Deterministic for any worker count. On
+ * failure *out is unchanged. task may be NULL; it is warned of eigenpairs that are not to be believed
+ * (spectrum_check.h). */
+gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
+                            double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out,
+                            struct gnp_error *error);
 void gnp_spectrum_clear(struct gnp_spectrum *spectrum);
+
+/* Bytes that finding them takes beside the operator and its solver; of the basis, most of it, only what iterations
+ * reach is touched. */
+size_t gnp_spectrum_memory(size_t points, size_t count);
 
 #endif

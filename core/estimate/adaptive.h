@@ -2,12 +2,11 @@
  *
  * Whole cloud: outliers by consensus (outliers.h); then, at representative points, the evidence of Bayesian polynomial
  * regressions (regression.h) sets the length and amplitude of the surface's variation against the noise for supports
- * from dozens to hundreds of points, and the support whose Hessian has the smallest posterior variance among neighbouring
- * representatives is taken. Each point, or the few next to it within a tenth or so of a wide support's reach, then has a
- * regression of degree 7 with its representative's prior, over the
- * nearest points that are neither outliers nor on another sheet (normals turned away), misfits above 4.5 sigma dropped.
- * Standard errors are the posterior's. Nothing is drawn at random; noise level, support and effective degree come from
- * the data. */
+ * from dozens to hundreds of points, and the support whose Hessian has the smallest posterior variance among
+ * neighbouring representatives is taken. Each point, or the few next to it within a tenth or so of a wide support's
+ * reach, then has a regression of degree 7 with its representative's prior, over the nearest points that are neither
+ * outliers nor on another sheet (normals turned away), misfits above 4.5 sigma dropped. Standard errors are the
+ * posterior's. Nothing is drawn at random; noise level, support and effective degree come from the data. */
 #ifndef GNP_CORE_ADAPTIVE_H
 #define GNP_CORE_ADAPTIVE_H
 

@@ -9,30 +9,10 @@
 #include "core/base/task.h"
 #include "core/cloud/cloud.h"
 #include "core/cloud/prepare.h"
-#include "core/estimate/estimator.h"
-#include "core/fit/quantity.h"
+#include "core/estimate/estimate_options.h"
 
-enum gnp_cover_kind { GNP_COVER_COVER, GNP_COVER_ALL };
-
-struct gnp_estimate_options {
-	int estimator;        /* enum gnp_estimator_kind */
-	int cover;            /* enum gnp_cover_kind */
-	int k;                /* neighbours that set the patch radius epsilon = 1.1 r_k; 12..500 */
-	int degree;           /* of the Legendre basis; 1..7 */
-	int basis;            /* enum gnp_basis_kind */
-	int weight;           /* enum gnp_weight_kind */
-	int outliers;         /* enum gnp_outliers_kind */
-	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
-	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
-	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
-	const struct gnp_models *models; /* to choose from; may be NULL: none */
-	bool unjudged;        /* whether the answer is to be believed is not looked at (belief.h) */
-};
-
-/* k 30, cover cover, the paper's GMLS (tensor degree 3, quartic weight); normals and both curvatures. */
-struct gnp_estimate_options gnp_estimate_defaults(void);
-
-/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of `at`). */
+/* Owned by the caller; gnp_estimate_clear frees it. Rows are in the caller's order (gnp_estimate_at: in the order of
+ * `at`). */
 struct gnp_estimate {
 	size_t count;
 	size_t basis_size;                   /* width of surface_coefficients */
@@ -45,28 +25,28 @@ struct gnp_estimate {
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 
-/* Whether options are in their ranges and go together; gnp_estimate_run and the others check it themselves. */
-gnp_status gnp_estimate_check(const struct gnp_estimate_options *options, struct gnp_error *error);
-
 /* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
- * On failure *out is unchanged. task may be NULL. */
+ * On failure *out is unchanged. task may be NULL. O(n log n) for finding neighbours; memory: gnp_estimate_memory. */
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);
 
-/* The same of a cloud made ready (prepare.h) with normals, rows in its caller's order; nothing of the cloud is checked but its count. */
+/* The same of a cloud made ready (prepare.h) with normals, rows in its caller's order; nothing of the cloud is checked
+ * but its count. */
 gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                                  struct gnp_error *error);
 
 /* The same at chosen points of the cloud alone, each at the centre of its own patch as with GNP_COVER_ALL: row i of the
- * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not used. */
-gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options, const uint32_t *at,
-                           size_t at_count, struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
-                           struct gnp_error *error);
+ * outputs is the point at[i] (at_count, each below cloud->count, in any order; not NULL). options->cover is not
+ * used. */
+gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
+                           const uint32_t *at, size_t at_count, struct gnp_pool *pool, struct gnp_task *task,
+                           struct gnp_estimate *out, struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
-/* Peak bytes gnp_estimate_run may allocate for count points, for admission control. */
-size_t gnp_estimate_memory(size_t count, const struct gnp_estimate_options *options);
+/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs.
+ * given: the cloud comes with normals. The scratch of workers, which their pool keeps, is not among them. */
+size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options);
 
 #endif

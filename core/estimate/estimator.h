@@ -1,4 +1,5 @@
-/* What an estimator is: a function from patches to fitted surfaces. One file and one row in the table. */
+/* What an estimator is: a function from patches to fitted surfaces. Each is one file, and one row of the table
+ * (estimators.h). */
 #ifndef GNP_CORE_ESTIMATOR_H
 #define GNP_CORE_ESTIMATOR_H
 
@@ -9,10 +10,10 @@
 #include "core/base/pool.h"
 #include "core/base/scratch.h"
 #include "core/base/status.h"
-#include "core/cloud/neighbors.h"
 #include "core/cloud/patch.h"
 #include "core/fit/legendre.h"
 #include "core/fit/surface.h"
+#include "core/search/neighbors.h"
 
 enum gnp_estimator_kind { GNP_ESTIMATOR_GNP, GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE, GNP_ESTIMATOR_KINDS };
 enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
@@ -20,8 +21,8 @@ enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 struct gnp_model;
 struct gnp_models;
 
-/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud chooses the model, or
- * where that is one with a projection head of the regime `outlier`, else kept. */
+/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud
+ * chooses the model, or where that is one with a projection head of the regime `outlier`, else kept. */
 enum gnp_outliers_kind { GNP_OUTLIERS_AUTO, GNP_OUTLIERS_KEPT, GNP_OUTLIERS_LEFT_OUT };
 
 /* How to fit; the fields an estimator has no use for are ignored by it. */
@@ -60,9 +61,9 @@ struct gnp_fit {
 enum { GNP_SERVED_MAX = 64 };
 
 /* Fits each patch: fits (count) out. state: what prepare made, or NULL. */
-typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
-                                 size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch,
-                                 struct gnp_error *error);
+typedef gnp_status (*gnp_fit_fn)(const struct gnp_fit_options *options, const void *state,
+                                 const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
+                                 struct gnp_scratch *scratch, struct gnp_error *error);
 
 struct gnp_estimator {
 	const char *name;
@@ -84,13 +85,10 @@ struct gnp_estimator {
 	size_t (*served)(const void *state, uint32_t point);
 	/* Which points it takes for outliers, (count) 0 or 1; NULL, also from the function: it does not judge. */
 	const unsigned char *(*outliers)(const void *state);
-	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that no
-	 * point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
+	/* Normals (count, 3) that tell sheets apart: patches are framed by and serve points of one sheet (patch.h), so that
+	 * no point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
 	const double *(*normals)(const void *state);
 	gnp_fit_fn fit;
 };
-
-/* The row of an estimator; NULL past the last. */
-const struct gnp_estimator *gnp_estimator_at(enum gnp_estimator_kind kind);
 
 #endif

@@ -10,7 +10,7 @@
 #include "core/cells/area.h"
 #include "core/cloud/isolated.h"
 #include "core/estimate/outliers.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 struct gnp_filter_options gnp_filter_defaults(void)
 {
@@ -42,7 +42,8 @@ static gnp_status check_options(const struct gnp_filter_options *options, struct
 	if (status != GNP_OK)
 		return status;
 	if (options->gross != 0 && !(options->gross >= 1 && options->gross <= 1e6))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "gross: got %g, need 1..1e6 local spacings, or 0 for none", options->gross);
 	status = gnp_check_number("cluster", options->cluster, 1, 1e6, error);
 	if (status == GNP_OK)
 		status = gnp_check_number("iterations", options->iterations, 1, 100, error);
@@ -83,7 +84,8 @@ static gnp_status check_left(const struct run *run, const char *rule, struct gnp
 	size_t need = least_points(run->options);
 	if (run->result.kept >= need)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_DEGENERATE, "filter: %s leaves %zu of %zu points, need at least %zu, a neighbourhood", rule,
+	return gnp_error_set(error, GNP_DEGENERATE,
+	                     "filter: %s leaves %zu of %zu points, need at least %zu, a neighbourhood", rule,
 	                     run->result.kept, run->result.count, need);
 }
 
@@ -129,7 +131,8 @@ static void view_clear(struct view *view)
 	free(view->outlier);
 }
 
-/* The normals are those of the points that are left if these are `known`, and those of fits if it looks `again`: then nothing is judged. */
+/* The normals are those of the points that are left if these are `known`, and those of fits if it looks `again`: then
+ * nothing is judged. */
 static gnp_status look(struct run *run, bool known, bool again, struct view *view, struct gnp_error *error)
 {
 	const struct gnp_cloud cloud = {run->result.kept, run->result.points, known ? run->result.normals : NULL};
@@ -147,8 +150,10 @@ static gnp_status look(struct run *run, bool known, bool again, struct view *vie
 	return status;
 }
 
-/* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs alone. */
-static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+/* Points of whose neighbours few face as they do belong to no surface there is: whatever is fitted to them is theirs
+ * alone. */
+static gnp_status turned_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	enum { NEAR = 17 };
 	const struct view *view = context;
@@ -188,7 +193,8 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 }
 
 /* The root of the mean area a point stands for. */
-static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing, struct gnp_error *error)
+static gnp_status measure_spacing(struct run *run, const struct gnp_prepared *prepared, double *spacing,
+                                  struct gnp_error *error)
 {
 	double *area = gnp_array_new(prepared->count, sizeof *area), total = 0;
 	gnp_status status = area ? gnp_area_measure(prepared, run->pool, run->task, area, NULL, error)
@@ -243,7 +249,8 @@ static double project(struct run *run, const struct gnp_estimate *found, const u
 }
 
 /* mask (kept): room for the rule's answer. */
-static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing, struct gnp_error *error)
+static gnp_status apply(struct run *run, struct view *view, unsigned char *mask, double *spacing,
+                        struct gnp_error *error)
 {
 	struct gnp_filter *r = &run->result;
 	gnp_status status = look(run, !r->normals_estimated, false, view, error);
@@ -354,8 +361,8 @@ static gnp_status prefilter(struct run *run, const struct gnp_cloud *cloud, stru
 	return status;
 }
 
-gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options, struct gnp_pool *pool,
-                          struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error)
+gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error)
 {
 	struct run run = {.options = options, .pool = pool, .task = task};
 	double spacing = 0;
@@ -378,13 +385,19 @@ gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter
 	return status;
 }
 
-size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options)
+size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_options *options)
 {
-	/* the result; the cloud made ready, the neighbours of isolated points; areas and a copy of the points when projecting */
-	enum { RESULT = 62, READY = 160, STRAYS = 17 * 4 + 26, PROJECTED = 32 };
+	/* points that stand alone: the neighbours of each, and distances; a copy of the points that are kept, and when they
+	 * are projected their areas */
+	enum { ISOLATED = 17 * sizeof(uint32_t) + 3 * sizeof(double) + 2, KEPT = 3 * sizeof(double) + 2,
+	       PROJECTED = 4 * sizeof(double) };
+	const struct gnp_filter *filter = NULL;
 	struct gnp_estimate_options estimate = options->estimate;
 	estimate.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	estimate.if_offered = GNP_QUANTITY_BIT(GNP_OUTLIER);
-	size_t each = RESULT + READY + (options->gross > 0 ? STRAYS : 0) + (options->project ? PROJECTED : 0);
-	return gnp_estimate_memory(count, &estimate) + count * each;
+	size_t result = sizeof *filter->keep + sizeof *filter->deviation + sizeof *filter->index + 3 * sizeof *filter->points +
+	                3 * sizeof *filter->normals;
+	size_t apart = options->gross > 0 ? gnp_prepared_memory(count) + count * ISOLATED : 0;
+	size_t fitted = gnp_estimate_memory(count, given, &estimate);
+	return (apart > fitted ? apart : fitted) + count * (result + KEPT + (options->project ? PROJECTED : 0));
 }

@@ -1,12 +1,15 @@
 /* Which points of a cloud do not lie on the surface the others agree on, and the cloud without them.
  *
- * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in the patch's
- * scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted surface.
+ * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in
+ * the patch's scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the fitted
+ * surface.
  *
- * An isolated point's own normal may be anything; where it turns from all its neighbours', its patch is made of it alone and it deviates
- * from nothing: consensus, which asks the patches of others, finds it. A point far from all others has a patch of its own, made of it and a piece of surface far away, which fits it: such points, and small
- * clusters of them, are found before by their distances (isolated.h). Points displaced along the surface still lie on it and are kept; at an
- * open boundary they widen it. A cluster with as many points as `cluster` is taken for a surface. */
+ * An isolated point's own normal may be anything; where it turns from all its neighbours', its patch is made of it
+ * alone and it deviates from nothing: consensus, which asks the patches of others, finds it. A point far from all
+ * others has a patch of its own, made of it and a piece of surface far away, which fits it: such points, and small
+ * clusters of them, are found before by their distances (isolated.h). Points displaced along the surface still lie on
+ * it and are kept; at an open boundary they widen it. A cluster with as many points as `cluster` is taken for a
+ * surface. */
 #ifndef GNP_CORE_FILTER_H
 #define GNP_CORE_FILTER_H
 
@@ -51,13 +54,15 @@ struct gnp_filter {
 	const struct gnp_model *model;
 };
 
-/* Deterministic for any worker count. On failure *out is unchanged. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when fewer points are kept
- * than a neighbourhood has. task may be NULL. */
-gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options, struct gnp_pool *pool,
-                          struct gnp_task *task, struct gnp_filter *out, struct gnp_error *error);
+/* Deterministic for any worker count. On failure *out is unchanged. GNP_INVALID_ARGUMENT; GNP_DEGENERATE when fewer
+ * points are kept than a neighbourhood has. task may be NULL. */
+gnp_status gnp_filter_run(const struct gnp_cloud *cloud, const struct gnp_filter_options *options,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_filter *out,
+                          struct gnp_error *error);
 void gnp_filter_clear(struct gnp_filter *filter);
 
-/* Peak bytes gnp_filter_run may allocate for count points, for admission control. */
-size_t gnp_filter_memory(size_t count, const struct gnp_filter_options *options);
+/* Peak bytes gnp_filter_run may allocate for count points, for admission control: some 350 a point. given: the cloud
+ * comes with normals. */
+size_t gnp_filter_memory(size_t count, bool given, const struct gnp_filter_options *options);
 
 #endif

@@ -9,11 +9,11 @@
 #include "core/estimate/outliers.h"
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/network/pooled.h"
 
-/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean models are not
- * the better ones. */
+/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean
+ * models are not the better ones. */
 static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 7e-4;
 
 enum {
@@ -57,22 +57,24 @@ static gnp_status choose_model(const struct gnp_models *models, const char *regi
 		return gnp_error_set(error, GNP_UNAVAILABLE,
 		                     "weights: none are loaded, the estimator gnp needs some; estimator=gmls and estimator=adaptive need none");
 	if (!best)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "weights: got auto, none of the %zu models is of the regime %s",
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "weights: got auto, none of the %zu models is of the regime %s",
 		                     gnp_models_count(models), regime);
 	*out = best;
 	return GNP_OK;
 }
 
-static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task, struct state *state,
-                                struct gnp_error *error)
+static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
+                                struct state *state, struct gnp_error *error)
 {
 	state->judged = true;
 	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
 }
 
 /* Looks at the cloud. The outliers found stay out of patches whichever model it is, unless they are to be kept. */
-static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models, struct gnp_pool *pool,
-                                  struct gnp_task *task, struct state *state, struct gnp_error *error)
+static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct state *state,
+                                  struct gnp_error *error)
 {
 	double noise = 0;
 	size_t outliers = 0;
@@ -132,8 +134,8 @@ static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud
 	return status == GNP_OK ? gnp_sheets_normals(cloud, state->outlier, pool, task, state->normals, error) : status;
 }
 
-gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options, struct gnp_pool *pool,
-                               struct gnp_task *task, void **out, struct gnp_error *error)
+gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, void **out, struct gnp_error *error)
 {
 	struct state *state = gnp_array_zero(1, sizeof *state);
 	if (!state)
@@ -196,8 +198,8 @@ const double *gnp_learned_normals(const void *pointer)
 
 /* ---- Fits ---- */
 
-static void set_surface(const struct gnp_patch *patch, struct gnp_basis basis, const double *coefficients, double scale_w,
-                        struct gnp_fit *fit)
+static void set_surface(const struct gnp_patch *patch, struct gnp_basis basis, const double *coefficients,
+                        double scale_w, struct gnp_fit *fit)
 {
 	*fit = (struct gnp_fit){.surface = {.basis = basis, .coefficients = coefficients, .scale_xy = patch->scale_xy,
 	                                    .scale_w = scale_w}};
@@ -212,8 +214,9 @@ static size_t usable(const void *context, const struct gnp_patch *patch, size_t 
 }
 
 /* Of at most BATCH patches: their sums take 100 kB each. coefficients (count, GNP_TAYLOR_STRIDE) out. */
-static gnp_status fit_batch(const struct state *state, const struct gnp_patch *patches, size_t count, double *coefficients,
-                            struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status fit_batch(const struct state *state, const struct gnp_patch *patches, size_t count,
+                            double *coefficients, struct gnp_fit *fits, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	const struct gnp_network *network = state->model->network;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
@@ -232,8 +235,8 @@ static gnp_status fit_batch(const struct state *state, const struct gnp_patch *p
 	return status;
 }
 
-static gnp_status fit_projection(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
-                                 struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status fit_projection(const struct state *state, const struct gnp_patch *patches, size_t count,
+                                 struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	double *coefficients = gnp_scratch_take(scratch, count * GNP_TAYLOR_STRIDE, sizeof *coefficients);
 	gnp_status status = GNP_OK;
@@ -283,8 +286,8 @@ static double misfit_of(const struct gnp_patch *patch, const struct gnp_surface 
 	return sqrt(sum / (double)patch->count);
 }
 
-static gnp_status fit_pooled(const struct state *state, const struct gnp_patch *patches, size_t count, struct gnp_fit *fits,
-                             struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status fit_pooled(const struct state *state, const struct gnp_patch *patches, size_t count,
+                             struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	static const struct gnp_basis legendre = {GNP_BASIS_TENSOR, 3};
 	const struct gnp_network *network = state->model->network;
@@ -306,8 +309,8 @@ static gnp_status fit_pooled(const struct state *state, const struct gnp_patch *
 	return status;
 }
 
-gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *pointer, const struct gnp_patch *patches, size_t count,
-                           struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *pointer, const struct gnp_patch *patches,
+                           size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct state *state = pointer;
 	(void)options;

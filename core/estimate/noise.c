@@ -16,7 +16,8 @@ struct work {
 	double near[SAMPLES], far[SAMPLES]; /* unexplained of NEAR and of POINTS points; negative where it cannot be told */
 };
 
-/* What is left of the heights at `count` positions, per degree of freedom, in units of epsilon; negative when it cannot be told. */
+/* What is left of the heights at `count` positions, per degree of freedom, in units of epsilon; negative when it cannot
+ * be told. */
 static double unexplained(const struct gnp_patch *patch, const uint32_t *positions, size_t count)
 {
 	_Alignas(64) double rows[POINTS * STRIDE], gram[STRIDE * STRIDE], moment[STRIDE];
@@ -38,7 +39,8 @@ static double unexplained(const struct gnp_patch *patch, const uint32_t *positio
 	return sqrt(fmax(square - explained, 0) / (double)(count - SIZE)) * patch->scale_w / patch->epsilon;
 }
 
-static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;

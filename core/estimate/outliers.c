@@ -87,7 +87,8 @@ static double largest(const double *values, size_t count)
 	return most;
 }
 
-/* Leaves the coefficients in fit->moment and returns the scale of the misfits; negative when the data leave no choice. */
+/* Leaves the coefficients in fit->moment and returns the scale of the misfits; negative when the data leave no
+ * choice. */
 static double robust_scale(size_t count, struct robust_fit *fit)
 {
 	enum { SPARE = 8 };
@@ -145,7 +146,8 @@ static void judge(const struct work *work, const struct gnp_patch *patch, struct
 	}
 }
 
-static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct work *work = context;
 	struct gnp_neighborhoods found;
@@ -168,8 +170,8 @@ static gnp_status judge_chunk(void *context, size_t begin, size_t end, struct gn
 	return GNP_OK;
 }
 
-/* The median judgement by patches of the point's own sheet; by all when those are less than a quarter, for then the point's
- * normal fits none about it and names no sheet. 0 without any. */
+/* The median judgement by patches of the point's own sheet; by all when those are less than a quarter, for then the
+ * point's normal fits none about it and names no sheet. 0 without any. */
 static double median_judgement(const float *ratios, size_t count)
 {
 	enum { MOST = 256 };
@@ -185,7 +187,8 @@ static double median_judgement(const float *ratios, size_t count)
 	return 4 * owns >= total ? gnp_median(own, owns) : gnp_median(all, total);
 }
 
-static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status verdict_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct work *work = context;
 	(void)scratch;

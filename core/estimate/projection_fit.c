@@ -22,9 +22,9 @@ static gnp_status lay_out(const struct gnp_architecture *architecture, size_t co
 	return GNP_OK;
 }
 
-gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches, size_t count,
-                                  gnp_usable_fn usable, const void *context, struct gnp_projected *out, struct gnp_scratch *scratch,
-                                  struct gnp_error *error)
+gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches,
+                                  size_t count, gnp_usable_fn usable, const void *context, struct gnp_projected *out,
+                                  struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t most = architecture->shell[architecture->shells - 1], summary = gnp_projection_summary(architecture);
 	struct gnp_projection_work work;

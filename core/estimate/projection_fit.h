@@ -21,9 +21,9 @@ struct gnp_projected {
 typedef size_t (*gnp_usable_fn)(const void *context, const struct gnp_patch *patch, size_t most, uint32_t *positions);
 
 /* Sets sums, summary, nodes, batch. GNP_OUT_OF_MEMORY. */
-gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches, size_t count,
-                                  gnp_usable_fn usable, const void *context, struct gnp_projected *out, struct gnp_scratch *scratch,
-                                  struct gnp_error *error);
+gnp_status gnp_projected_describe(const struct gnp_architecture *architecture, const struct gnp_patch *patches,
+                                  size_t count, gnp_usable_fn usable, const void *context, struct gnp_projected *out,
+                                  struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Sets the rest. tape: whether backward will follow. */
 gnp_status gnp_projected_solve(const struct gnp_network *network, bool tape, struct gnp_projected *projected,

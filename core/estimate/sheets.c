@@ -26,7 +26,8 @@ static const double *settled(const struct work *work, const double *own, const u
 	return nearest && 3 * same < good ? nearest : own;
 }
 
-static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status settle_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	const struct work *work = context;
 	const struct gnp_fit_cloud *cloud = work->cloud;
@@ -53,8 +54,8 @@ gnp_status gnp_sheets_normals(const struct gnp_fit_cloud *cloud, const unsigned 
 	return gnp_pool_run(pool, task, cloud->count, 1024, settle_chunk, &work, error);
 }
 
-size_t gnp_sheets_usable(const double *normals, const unsigned char *outlier, const struct gnp_patch *patch, size_t most,
-                         uint32_t *positions)
+size_t gnp_sheets_usable(const double *normals, const unsigned char *outlier, const struct gnp_patch *patch,
+                         size_t most, uint32_t *positions)
 {
 	const double *normal = normals + 3 * (size_t)patch->centre;
 	size_t count = 0;

@@ -1,8 +1,8 @@
 /* Linear least squares for many small problems: normal equations and Cholesky factors, all in the upper triangle, rows
  * padded to whole vectors.
  *
- * The columns must be of comparable size (polynomials on the unit disk are); the condition number is squared, and a problem
- * that is too near singular is refused rather than solved badly. */
+ * The columns must be of comparable size (polynomials on the unit disk are); the condition number is squared, and a
+ * problem that is too near singular is refused rather than solved badly. */
 #ifndef GNP_CORE_LEAST_SQUARES_H
 #define GNP_CORE_LEAST_SQUARES_H
 

@@ -1,7 +1,8 @@
 /* The table of geometric quantities: names, shapes and meaning, the single source for masks, outputs and documents.
  *
- * In Monge form sigma(u, v) = o + u psi1 + v psi2 + h(u, v) psi3 with (u, v, h) in the caller's length unit; (psi1, psi2,
- * psi3) is right-handed and psi3 points outward. Derivative indices are (u, v) = (0, 1). Tensors are row-major. */
+ * In Monge form sigma(u, v) = o + u psi1 + v psi2 + h(u, v) psi3 with (u, v, h) in the caller's length unit; (psi1,
+ * psi2, psi3) is right-handed and psi3 points outward. Derivative indices are (u, v) = (0, 1). Tensors are row-major.
+ */
 #ifndef GNP_CORE_QUANTITY_H
 #define GNP_CORE_QUANTITY_H
 

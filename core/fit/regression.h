@@ -1,10 +1,12 @@
 /* Bayesian polynomial regression of heights: the local fit behind the adaptive estimator.
  *
- * Heights y_i = sum_a c_a u_i^a1 v_i^a2 + noise, noise ~ N(0, sigma^2), Taylor coefficients of order j >= 3 with the prior of a
- * Gaussian process of amplitude tau sigma and length `length`: c_a ~ N(0, sigma^2 tau^2 rho^(2j) / (a1! a2!)) in coordinates
- * divided by the radius R, rho = R / length (the expansion of its squared-exponential covariance). Height, slopes
- * and Hessian are unconstrained: shrinking what is to be measured would make its error look small. The evidence, sigma profiled out, says how well a (length, tau) explains the data; see Rasmussen &
- * Williams 2006, chapters 2 and 5. The prior plays the part of the degree: terms the data cannot carry shrink to zero. */
+ * Heights y_i = sum_a c_a u_i^a1 v_i^a2 + noise, noise ~ N(0, sigma^2), Taylor coefficients of order j >= 3 with the
+ * prior of a Gaussian process of amplitude tau sigma and length `length`: c_a ~ N(0, sigma^2 tau^2 rho^(2j) / (a1!
+ * a2!)) in coordinates divided by the radius R, rho = R / length (the expansion of its squared-exponential
+ * covariance). Height, slopes and Hessian are unconstrained: shrinking what is to be measured would make its error
+ * look small. The evidence, sigma profiled out, says how well a (length, tau) explains the data; see Rasmussen &
+ * Williams 2006, chapters 2 and 5. The prior plays the part of the degree: terms the data cannot carry shrink to zero.
+ */
 #ifndef GNP_CORE_REGRESSION_H
 #define GNP_CORE_REGRESSION_H
 

@@ -1,4 +1,4 @@
-/* Every geometric quantity of a fitted patch, in closed form from the height function's derivatives.
+/* Computes every geometric quantity of a fitted patch, in closed form from the height function's derivatives.
  *
  * Monge form (the paper's appendix A): with heights h and their derivatives in the caller's length unit,
  *   g = [[1 + h_u^2, h_u h_v], [h_u h_v, 1 + h_v^2]], det g = 1 + h_u^2 + h_v^2, n = (-h_u, -h_v, 1) / sqrt(det g),

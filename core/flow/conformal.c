@@ -92,7 +92,8 @@ void gnp_conformal_free(struct gnp_conformal *conformal)
 	free(conformal);
 }
 
-gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_task *task, struct gnp_conformal **out, struct gnp_error *error)
+gnp_status gnp_conformal_create(const struct gnp_flow_state *start, struct gnp_task *task, struct gnp_conformal **out,
+                                struct gnp_error *error)
 {
 	size_t count = start->count;
 	struct gnp_conformal *conformal = gnp_array_zero(1, sizeof *conformal);
@@ -130,8 +131,8 @@ static bool reserve(struct gnp_flow_state *state)
 }
 
 /* bend (3) = S x of the point: the integral of -2 H n over its cell. */
-static void measure_point(const struct gnp_conformal *conformal, struct gnp_flow_state *state, size_t i, const double bend[3],
-                          const double origin[3])
+static void measure_point(const struct gnp_conformal *conformal, struct gnp_flow_state *state, size_t i,
+                          const double bend[3], const double origin[3])
 {
 	double normal[3], *n = state->normals + 3 * i, d[3];
 	double area = conformal->share[i] * fan(conformal, state->points, i, normal), length = sqrt(gnp_dot(normal, normal));
@@ -149,8 +150,9 @@ static void measure_point(const struct gnp_conformal *conformal, struct gnp_flow
 	state->spread = fmax(state->spread, sqrt(area));
 }
 
-gnp_status gnp_conformal_measure(const struct gnp_conformal *conformal, struct gnp_flow_state *state, const double origin[3],
-                                 struct gnp_pool *pool, struct gnp_task *task, bool *finite, struct gnp_error *error)
+gnp_status gnp_conformal_measure(const struct gnp_conformal *conformal, struct gnp_flow_state *state,
+                                 const double origin[3], struct gnp_pool *pool, struct gnp_task *task, bool *finite,
+                                 struct gnp_error *error)
 {
 	double *bend = gnp_array_new(state->count, 3 * sizeof *bend);
 	gnp_status status = bend && reserve(state) ? GNP_OK
@@ -217,8 +219,9 @@ static gnp_status solve(const struct gnp_conformal *conformal, const struct gnp_
 	return status;
 }
 
-gnp_status gnp_conformal_step(const struct gnp_conformal *conformal, const struct gnp_flow_state *state, double dt, double volume,
-                              struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_state *next, struct gnp_error *error)
+gnp_status gnp_conformal_step(const struct gnp_conformal *conformal, const struct gnp_flow_state *state, double dt,
+                              double volume, struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_state *next,
+                              struct gnp_error *error)
 {
 	gnp_status status = gnp_flow_state_reserve(next, state->count, error);
 	if (status != GNP_OK)

@@ -7,38 +7,8 @@
 
 #include "core/flow/conformal.h"
 #include "core/flow/flow_checkpoint.h"
-#include "core/flow/flow_result.h"
 #include "core/flow/flow_setup.h"
-#include "core/network/model.h"
-
-struct gnp_flow_options gnp_flow_defaults(void)
-{
-	return (struct gnp_flow_options){.estimate = gnp_estimate_defaults(), .scheme = GNP_FLOW_EXPLICIT, .volume = GNP_FLOW_VOLUME_NONE,
-	                                 .steps = 1, .dt = NAN, .smoothing_radius = NAN, .spacing = NAN, .insertion = NAN,
-	                                 .projection = 0.1, .singularity = 0.5, .spacing_limit = 4};
-}
-
-const char *gnp_flow_stop_name(enum gnp_flow_stop stop)
-{
-	static const char *const names[] = {"steps", "singularity", "spacing", "unstable", "not_finite", "vanished"};
-	return (unsigned)stop < sizeof names / sizeof *names ? names[stop] : "unknown";
-}
-
-void gnp_flow_clear(struct gnp_flow *flow)
-{
-	free(flow->points);
-	free(flow->normals);
-	free(flow->mean_curvature);
-	free(flow->index);
-	free(flow->records);
-	free(flow->snapshots.start);
-	free(flow->snapshots.step);
-	free(flow->snapshots.time);
-	free(flow->snapshots.points);
-	free(flow->snapshots.normals);
-	free(flow->snapshots.mean_curvature);
-	*flow = (struct gnp_flow){0};
-}
+#include "core/model/model.h"
 
 /* A flow under way. */
 struct flow {
@@ -87,11 +57,13 @@ static bool may_go_on(struct flow *flow)
 	const struct gnp_flow_options *o = flow->options;
 	double start = flow->result.records[0].area, fling = flow->move.dt * now->overshoot / mean_spacing(now);
 	if (!flow->conformal && fling > FLING_MOST)
-		stop(flow, GNP_FLOW_UNSTABLE, "points move to and fro by %.3g times their spacing, %.3g: dt, %.3g, is too large, or the curvature is "
+		stop(flow, GNP_FLOW_UNSTABLE,
+		     "points move to and fro by %.3g times their spacing, %.3g: dt, %.3g, is too large, or the curvature is "
 		                              "noise: take a smaller one, or scheme=semi_implicit",
 		     fling, now->dense, flow->move.dt);
 	else if (!flow->conformal && now->resolution > o->singularity)
-		stop(flow, GNP_FLOW_SINGULARITY, "curvature times spacing is %.3g (largest |H| %.3g, spacing %.3g), the limit is %g", now->resolution,
+		stop(flow, GNP_FLOW_SINGULARITY,
+		     "curvature times spacing is %.3g (largest |H| %.3g, spacing %.3g), the limit is %g", now->resolution,
 		     now->curvature, mean_spacing(now), o->singularity);
 	else if (!flow->conformal && now->spread > o->spacing_limit * flow->result.spacing)
 		stop(flow, GNP_FLOW_SPACING, "points are %.3g apart, the limit is %.3g (%g times the start's)", now->spread,
@@ -105,11 +77,12 @@ static bool may_go_on(struct flow *flow)
 
 /* ---- States ---- */
 
-static gnp_status measure_by_estimate(struct flow *flow, struct gnp_flow_state *state, bool *finite, struct gnp_error *error)
+static gnp_status measure_by_estimate(struct flow *flow, struct gnp_flow_state *state, bool *finite,
+                                      struct gnp_error *error)
 {
 	struct gnp_task part;
 	gnp_task_init_part(&part, flow->task);
-	gnp_status status = gnp_flow_state_measure(state, &flow->rule, flow->pool, &part, &flow->result.model, finite, error);
+	gnp_status status = gnp_flow_measure(state, &flow->rule, flow->pool, &part, &flow->result.model, finite, error);
 	gnp_task_book_part(flow->task, &part);
 	return status;
 }
@@ -147,7 +120,8 @@ static gnp_status make_conformal(struct flow *flow, struct gnp_flow_state *next,
 }
 
 /* *made false: the step would be too far, and the reason is set. */
-static gnp_status make_next(struct flow *flow, struct gnp_flow_state *next, struct gnp_flow_moved *moved, bool *made, struct gnp_error *error)
+static gnp_status make_next(struct flow *flow, struct gnp_flow_state *next, struct gnp_flow_moved *moved, bool *made,
+                            struct gnp_error *error)
 {
 	gnp_status status = flow->conformal ? make_conformal(flow, next, error)
 	                                    : gnp_flow_step(&flow->now, &flow->move, flow->pool, flow->task, next, moved, error);
@@ -155,12 +129,14 @@ static gnp_status make_next(struct flow *flow, struct gnp_flow_state *next, stru
 	if (status != GNP_OK || *made)
 		return status;
 	const char *than = flow->move.scheme == GNP_FLOW_EXPLICIT ? "half their spacing" : "half their radius of curvature";
-	stop(flow, GNP_FLOW_UNSTABLE, "dt: got %g, a step would move points by %.3g times %s, need at most 1: take at most %.3g, or more smoothing",
+	stop(flow, GNP_FLOW_UNSTABLE,
+	     "dt: got %g, a step would move points by %.3g times %s, need at most 1: take at most %.3g, or more smoothing",
 	     flow->move.dt, moved->too_far, than, flow->move.dt / moved->too_far);
 	return GNP_OK;
 }
 
-static gnp_status sort_if_scattered(struct flow *flow, struct gnp_flow_state *state, size_t inserted, struct gnp_error *error)
+static gnp_status sort_if_scattered(struct flow *flow, struct gnp_flow_state *state, size_t inserted,
+                                    struct gnp_error *error)
 {
 	enum { SHARE = 64 };
 	flow->unsorted += inserted;
@@ -266,7 +242,8 @@ static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 		bool stopped = !may_go_on(flow);
 		gnp_status status = stopped ? GNP_OK : advance(flow, step, &stopped, error);
 		if (status == GNP_OK && stopped && step == 1)
-			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "flow: no step can be taken (%s): %s%s", gnp_flow_stop_name(flow->result.stop),
+			status = gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                       "flow: no step can be taken (%s): %s%s", gnp_flow_stop_name(flow->result.stop),
 			                       flow->result.reason, flow->result.stop == GNP_FLOW_SINGULARITY ? ": the surface needs more points, or noise was taken "
 			                                                                                       "for curvature: filter with project first" : "");
 		if (status == GNP_DRAINING)
@@ -283,7 +260,8 @@ static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 
 /* ---- Start and end ---- */
 
-static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepared, const unsigned char *fixed, struct gnp_error *error)
+static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepared, const unsigned char *fixed,
+                            struct gnp_error *error)
 {
 	struct gnp_flow_state *now = &flow->now;
 	gnp_status status = gnp_flow_state_reserve(now, prepared->count, error);
@@ -298,8 +276,8 @@ static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepar
 	return GNP_OK;
 }
 
-/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they become is for the rules that
- * stop a flow. */
+/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they
+ * become is for the rules that stop a flow. */
 static void keep_model(struct flow *flow)
 {
 	flow->rule.estimate.unjudged = true;
@@ -322,7 +300,8 @@ static gnp_status measure_start(struct flow *flow, struct gnp_error *error)
 	return status == GNP_OK ? record(flow, 0, &(struct gnp_flow_moved){0}, error) : status;
 }
 
-static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const unsigned char *fixed, struct gnp_error *error)
+static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const unsigned char *fixed,
+                        struct gnp_error *error)
 {
 	struct gnp_prepared prepared;
 	gnp_status status = gnp_prepare(cloud, flow->pool, flow->task, &prepared, error);
@@ -342,7 +321,8 @@ static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const 
 	return status == GNP_OK ? measure_start(flow, error) : status;
 }
 
-/* Fans of triangles served the way; the cloud at the end gets the estimator's geometry where that still has one. */
+/* During the flow, geometry came from triangle fans. The cloud at the end is measured once more by the estimator,
+ * unless that finds no surface any more. */
 static gnp_status estimate_end(struct flow *flow, struct gnp_error *error)
 {
 	struct gnp_flow_state end;
@@ -377,14 +357,16 @@ static gnp_status finish(struct flow *flow, struct gnp_error *error)
 	return status == GNP_OK ? gnp_flow_result_take(result, &flow->now, error) : status;
 }
 
-gnp_status gnp_flow_run(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
-                        struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out, struct gnp_error *error)
+gnp_status gnp_flow_run(const struct gnp_cloud *cloud, const unsigned char *fixed,
+                        const struct gnp_flow_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                        struct gnp_flow *out, struct gnp_error *error)
 {
 	return gnp_flow_run_kept(cloud, fixed, options, NULL, pool, task, out, error);
 }
 
-gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
-                             const struct gnp_checkpoint *checkpoint, struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out,
+gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char *fixed,
+                             const struct gnp_flow_options *options, const struct gnp_checkpoint *checkpoint,
+                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow *out,
                              struct gnp_error *error)
 {
 	struct flow flow = {.options = options, .pool = pool, .task = task, .clock = gnp_clock(), .cloud_count = cloud->count,
@@ -408,13 +390,4 @@ gnp_status gnp_flow_run_kept(const struct gnp_cloud *cloud, const unsigned char 
 	else
 		gnp_flow_clear(&flow.result);
 	return status;
-}
-
-size_t gnp_flow_memory(size_t count, const struct gnp_flow_options *options)
-{
-	/* two states with their measures, what moves between them, the result; the stiffness and the solver of an implicit step */
-	enum { STATE = 48 + 9 + 200, STEP = 24 + 25 + 24, RESULT = 64, IMPLICIT = 2 * 128 + 16 * 12 + 4 * 24, SNAPSHOT = 56, RECORD = 80 };
-	size_t each = 2 * STATE + STEP + RESULT + (options->scheme == GNP_FLOW_EXPLICIT ? 0 : IMPLICIT);
-	size_t shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
-	return gnp_estimate_memory(count, &options->estimate) + count * (each + shots * SNAPSHOT) + (size_t)options->steps * RECORD;
 }

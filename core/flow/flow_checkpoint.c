@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 
 static const char magic[] = "gnp-flow 2 ";
 
@@ -59,8 +59,9 @@ static double settled(double value)
 	return isnan(value) ? NAN : value;
 }
 
-void gnp_flow_checkpoint_request(const struct gnp_cloud *cloud, const unsigned char *fixed, const struct gnp_flow_options *options,
-                                 const struct gnp_model *model, char request[GNP_SHA256_TEXT])
+void gnp_flow_checkpoint_request(const struct gnp_cloud *cloud, const unsigned char *fixed,
+                                 const struct gnp_flow_options *options, const struct gnp_model *model,
+                                 char request[GNP_SHA256_TEXT])
 {
 	const struct gnp_estimate_options *estimate = &options->estimate;
 	const int integers[] = {options->scheme, options->volume, options->steps, options->snapshot_every, estimate->estimator, estimate->cover,
@@ -77,7 +78,8 @@ void gnp_flow_checkpoint_request(const struct gnp_cloud *cloud, const unsigned c
 
 /* ---- Saving ---- */
 
-gnp_status gnp_flow_checkpoint_save(const struct gnp_flow_middle *middle, const struct gnp_checkpoint *checkpoint, struct gnp_error *error)
+gnp_status gnp_flow_checkpoint_save(const struct gnp_flow_middle *middle, const struct gnp_checkpoint *checkpoint,
+                                    struct gnp_error *error)
 {
 	const struct gnp_flow_state *now = middle->now;
 	const struct gnp_flow_snapshots *shots = &middle->result->snapshots;
@@ -211,7 +213,8 @@ static bool same_start(const struct gnp_flow_record *a, const struct gnp_flow_re
 	return memcmp(a, b, offsetof(struct gnp_flow_record, seconds)) == 0;
 }
 
-static gnp_status check_figures(const struct gnp_flow_middle *middle, const struct figures *figures, struct gnp_error *error)
+static gnp_status check_figures(const struct gnp_flow_middle *middle, const struct figures *figures,
+                                struct gnp_error *error)
 {
 	uint64_t common = (UINT64_C(1) << COMMON) - 1;
 	uint64_t wanted = middle->conformal ? common : arrays_there(middle->now);
@@ -238,7 +241,8 @@ static gnp_status load(const struct gnp_flow_middle *middle, struct reader *read
 	return status == GNP_OK ? check_result(result, figures, error) : status;
 }
 
-gnp_status gnp_flow_checkpoint_load(const struct gnp_flow_middle *middle, const unsigned char *bytes, size_t size, struct gnp_error *error)
+gnp_status gnp_flow_checkpoint_load(const struct gnp_flow_middle *middle, const unsigned char *bytes, size_t size,
+                                    struct gnp_error *error)
 {
 	struct figures figures;
 	struct gnp_flow_state state;

@@ -4,8 +4,32 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/flow/flow_state.h"
 
-/* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages, not bytes. */
+const char *gnp_flow_stop_name(enum gnp_flow_stop stop)
+{
+	static const char *const names[] = {"steps", "singularity", "spacing", "unstable", "not_finite", "vanished"};
+	return (unsigned)stop < sizeof names / sizeof *names ? names[stop] : "unknown";
+}
+
+void gnp_flow_clear(struct gnp_flow *flow)
+{
+	free(flow->points);
+	free(flow->normals);
+	free(flow->mean_curvature);
+	free(flow->index);
+	free(flow->records);
+	free(flow->snapshots.start);
+	free(flow->snapshots.step);
+	free(flow->snapshots.time);
+	free(flow->snapshots.points);
+	free(flow->snapshots.normals);
+	free(flow->snapshots.mean_curvature);
+	*flow = (struct gnp_flow){0};
+}
+
+/* Makes room for count items; the array's pointer is at `array`. Growing by little is cheap: the C library moves pages,
+ * not bytes. */
 static bool extend(void *array, size_t count, size_t size)
 {
 	void *old, *new;
@@ -17,7 +41,8 @@ static bool extend(void *array, size_t count, size_t size)
 	return true;
 }
 
-static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked, double *points, double *normals, double *curvature)
+static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked, double *points, double *normals,
+                      double *curvature)
 {
 	for (size_t i = 0; i < state->count; i++) {
 		memcpy(points + 3 * i, state->points + 3 * (size_t)ranked[i], 3 * sizeof *points);
@@ -26,8 +51,8 @@ static void copy_rows(const struct gnp_flow_state *state, const uint32_t *ranked
 	}
 }
 
-gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state, const struct gnp_flow_record *record,
-                                    struct gnp_error *error)
+gnp_status gnp_flow_result_snapshot(struct gnp_flow *result, const struct gnp_flow_state *state,
+                                    const struct gnp_flow_record *record, struct gnp_error *error)
 {
 	struct gnp_flow_snapshots *s = &result->snapshots;
 	size_t first = s->count ? s->start[s->count] : 0, total = first + state->count;

@@ -1,13 +1,12 @@
 #include "core/flow/flow_setup.h"
 
+#include <math.h>
 #include <stdlib.h>
 
-#include "core/base/check.h"
 #include "core/base/memory.h"
 #include "core/base/select.h"
 #include "core/cells/area.h"
-#include "core/cells/cell.h"
-#include "core/network/model.h"
+#include "core/flow/flow_result.h"
 
 /* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
 static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
@@ -17,61 +16,6 @@ static const double LARGE = 16; /* times the median: an isolated point's cell */
 double gnp_flow_default_step(double spacing)
 {
 	return step_default * spacing * spacing;
-}
-
-size_t gnp_flow_least_points(const struct gnp_flow_options *options)
-{
-	size_t k = options->estimate.model ? options->estimate.model->recipe.k : (size_t)options->estimate.k;
-	return k > GNP_CELL_NEIGHBORS + 1 ? k : GNP_CELL_NEIGHBORS + 1;
-}
-
-static gnp_status check_length(const char *name, double value, struct gnp_error *error)
-{
-	if (isnan(value) || (value >= 0 && value <= 1e100))
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %g, need a length of at least 0 and at most 1e100", name, value);
-}
-
-static gnp_status check_snapshots(const struct gnp_flow_options *options, size_t count, struct gnp_error *error)
-{
-	if (options->snapshot_every == 0)
-		return GNP_OK;
-	double each = (double)count * 7 * sizeof(double), most = (double)GNP_FLOW_SNAPSHOT_BYTES_MAX;
-	double taken = options->steps / options->snapshot_every + 2, bytes = each * taken;
-	if (bytes <= most)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_TOO_LARGE, "snapshot_every: got %d, %.0f snapshots of %zu points need up to %.3g bytes, need at most %.3g: "
-	                                           "take one every %.0f steps or more",
-	                     options->snapshot_every, taken, count, bytes, most, ceil(options->steps / fmax(floor(most / each) - 2, 1)));
-}
-
-gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error)
-{
-	enum { STEPS_MAX = 1000000 };
-	gnp_status status = gnp_check_integer("scheme", options->scheme, GNP_FLOW_EXPLICIT, GNP_FLOW_CONFORMAL, error);
-	if (status == GNP_OK)
-		status = gnp_check_integer("volume", options->volume, GNP_FLOW_VOLUME_NONE, GNP_FLOW_VOLUME_PRESERVE, error);
-	if (status == GNP_OK)
-		status = gnp_check_integer("steps", options->steps, 1, STEPS_MAX, error);
-	if (status == GNP_OK)
-		status = gnp_check_integer("snapshot_every", options->snapshot_every, 0, STEPS_MAX, error);
-	if (status == GNP_OK && !isnan(options->dt))
-		status = gnp_check_above("dt", options->dt, 0, 1e200, error);
-	if (status == GNP_OK)
-		status = check_length("smoothing_radius", options->smoothing_radius, error);
-	if (status == GNP_OK)
-		status = check_length("spacing", options->spacing, error);
-	if (status == GNP_OK)
-		status = check_length("insertion", options->insertion, error);
-	if (status == GNP_OK)
-		status = gnp_check_number("tangential", options->tangential, 0, 1, error);
-	if (status == GNP_OK)
-		status = gnp_check_number("projection", options->projection, 0, 1, error);
-	if (status == GNP_OK)
-		status = gnp_check_above("singularity", options->singularity, 0, 1e6, error);
-	if (status == GNP_OK)
-		status = gnp_check_above("spacing_limit", options->spacing_limit, 1, 1e6, error);
-	return status == GNP_OK ? check_snapshots(options, cloud->count, error) : status;
 }
 
 static double settled(double value, double otherwise)
@@ -85,7 +29,8 @@ static gnp_status check_dt(double dt, double area, struct gnp_error *error)
 	double most = area / (8 * acos(-1));
 	if (dt < most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "dt: got %g, need less than %.3g: a sphere of the cloud's area vanishes within that", dt, most);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "dt: got %g, need less than %.3g: a sphere of the cloud's area vanishes within that", dt, most);
 }
 
 static gnp_status check_smoothing(double r0, double h, struct gnp_error *error)
@@ -103,7 +48,8 @@ static gnp_status check_thinning(double r1, double area, size_t least, struct gn
 	double most = sqrt(0.7 * area / (4 * (double)least));
 	if (r1 <= most)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "spacing: got %g, need at most %.3g, or fewer than %zu points would be left", r1, most,
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "spacing: got %g, need at most %.3g, or fewer than %zu points would be left", r1, most,
 	                     4 * least);
 }
 
@@ -112,7 +58,8 @@ static gnp_status check_insertion(double distance, double h, double r1, struct g
 	double least = fmax(insertion_least * h, 1.2 * r1);
 	if (distance == 0 || distance >= least)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "insertion: got %g, need at least %.3g (0.9 times the points' spacing, 1.2 times the "
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "insertion: got %g, need at least %.3g (0.9 times the points' spacing, 1.2 times the "
 	                                                  "distance they are thinned to), or 0 for none",
 	                     distance, least);
 }
@@ -128,7 +75,8 @@ static void settle_origin(const struct gnp_prepared *prepared, double origin[3])
 }
 
 /* Insertion's default grows with a given thinning distance, which would otherwise forbid it. */
-static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule, struct gnp_flow_move *move)
+static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule,
+                           struct gnp_flow_move *move)
 {
 	bool conformal = options->scheme == GNP_FLOW_CONFORMAL;
 	move->dt = settled(options->dt, gnp_flow_default_step(h));
@@ -151,15 +99,18 @@ static gnp_status check_lengths(const struct gnp_flow_options *options, const st
 	return status == GNP_OK ? check_insertion(move->insertion, h, move->thinning, error) : status;
 }
 
-static gnp_status check_closed(const struct gnp_flow_options *options, size_t open, size_t count, struct gnp_error *error)
+static gnp_status check_closed(const struct gnp_flow_options *options, size_t open, size_t count,
+                               struct gnp_error *error)
 {
 	if (options->volume != GNP_FLOW_VOLUME_PRESERVE || 100 * open <= count)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "volume: got preserve, need a closed surface: %zu of %zu points lie at a boundary", open,
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "volume: got preserve, need a closed surface: %zu of %zu points lie at a boundary", open,
 	                     count);
 }
 
-/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the root of their mean. */
+/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the
+ * root of their mean. */
 static double usual_area(double *area, size_t count, double *spacing)
 {
 	double most = LARGE * gnp_median(area, count), total = 0;
@@ -172,9 +123,9 @@ static double usual_area(double *area, size_t count, double *spacing)
 	return total;
 }
 
-gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
-                           struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
-                           struct gnp_error *error)
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
+                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error)
 {
 	size_t open = 0, count = prepared->count;
 	double total = 0, h = 0, *area = gnp_array_new(count, sizeof *area);
@@ -194,4 +145,24 @@ gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct g
 	*spacing = h;
 	status = check_closed(options, open, count, error);
 	return status == GNP_OK ? check_lengths(options, rule, move, h, total, error) : status;
+}
+
+/* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is
+ * measured or a step is made, beside an index and what moves between the states. */
+size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options)
+{
+	enum { BETWEEN = 96, CONFORMAL = 32, SNAPSHOT = 7 * sizeof(double), END = 7 * sizeof(double) + sizeof(int64_t) };
+	bool conformal = options->scheme == GNP_FLOW_CONFORMAL, tangential = !conformal && options->tangential > 0;
+	bool along = tangential || (!conformal && options->insertion != 0);
+	struct gnp_estimate_options estimate = options->estimate;
+	estimate.quantities = GNP_FLOW_QUANTITIES | (along ? GNP_QUANTITY_BIT(GNP_PRINCIPAL_DIRECTIONS) : 0);
+	estimate.if_offered = 0;
+	size_t state = gnp_flow_state_memory(count, along, tangential, options->scheme != GNP_FLOW_EXPLICIT);
+	size_t start = gnp_estimate_memory(count, given, &estimate);
+	size_t estimating = state + gnp_estimate_memory(count, true, &estimate);
+	size_t stepping = 2 * state + count * (BETWEEN + (conformal ? CONFORMAL : 0));
+	size_t most = estimating > stepping ? estimating : stepping;
+	size_t shots = options->snapshot_every ? (size_t)(options->steps / options->snapshot_every) + 2 : 0;
+	size_t records = ((size_t)options->steps + 1) * sizeof(struct gnp_flow_record);
+	return (most > start ? most : start) + count * (shots * SNAPSHOT + END) + records;
 }

@@ -1,21 +1,22 @@
-/* From a flow's options and its cloud to lengths: what is left open follows the cloud's spacing, and what cannot work is refused. */
+/* From a flow's options and its cloud to lengths, where what is left open follows the cloud's spacing and what cannot
+ * work is refused, and to the memory it takes. */
 #ifndef GNP_CORE_FLOW_SETUP_H
 #define GNP_CORE_FLOW_SETUP_H
 
+#include "core/flow/flow_measure.h"
+#include "core/flow/flow_options.h"
 #include "core/flow/flow_step.h"
 
-/* What the options say by themselves. cloud is looked at for its count alone. */
-gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct gnp_cloud *cloud, struct gnp_error *error);
-
 /* All lengths; *spacing: h. The prepared cloud is the flow's at the start. */
-gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared, struct gnp_pool *pool,
-                           struct gnp_task *task, struct gnp_flow_rule *rule, struct gnp_flow_move *move, double *spacing,
-                           struct gnp_error *error);
+gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
+                          struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
+                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error);
 
 /* dt for points so far apart, where it is left open. */
 double gnp_flow_default_step(double spacing);
 
-/* Fewest points of a state: a neighbourhood of the estimator and of a cell. */
-size_t gnp_flow_least_points(const struct gnp_flow_options *options);
+/* Peak bytes gnp_flow_run may allocate for count points, for admission control: 450 to 800 a point, and the snapshots.
+ * given: the cloud comes with normals. */
+size_t gnp_flow_memory(size_t count, bool given, const struct gnp_flow_options *options);
 
 #endif

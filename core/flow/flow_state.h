@@ -3,8 +3,11 @@
 #define GNP_CORE_FLOW_STATE_H
 
 #include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
-#include "core/flow/flow.h"
+#include "core/base/status.h"
 
 enum { GNP_FLOW_EDGES = 16 }; /* of a cell, at most; a few more would be slivers */
 
@@ -16,7 +19,7 @@ struct gnp_flow_state {
 	int64_t *index;       /* (count) of the caller's cloud, -1: inserted */
 	unsigned char *fixed; /* (count) */
 	double *before;       /* (count) the smoothed H of the state before; NAN where there was none */
-	/* Made by gnp_flow_state_measure. */
+	/* Made by gnp_flow_measure. */
 	double *mean_curvature; /* (count) H as estimated */
 	double *smooth;         /* (count) its Gaussian mean, or H */
 	double *principal;      /* (count, 2) k1 >= k2 */
@@ -36,37 +39,29 @@ struct gnp_flow_state {
 	double nearest;       /* the least of `apart` */
 };
 
-/* What a flow settles once and every state is measured by. */
-struct gnp_flow_rule {
-	struct gnp_estimate_options estimate;
-	double origin[3]; /* volumes are taken about it */
-	double smoothing, tangential;
-	bool along;       /* points are inserted or moved along the surface: directions are wanted */
-	bool edges;       /* an implicit step will be made */
-};
-
 /* Room for points, normals, index, fixed (0) and before (NAN); the rest NULL. */
 gnp_status gnp_flow_state_reserve(struct gnp_flow_state *state, size_t count, struct gnp_error *error);
 void gnp_flow_state_clear(struct gnp_flow_state *state);
 
+/* Bytes of a measured state of count points; along, tangential, edges: as the rule it is measured by (flow_measure.h)
+ * has them. */
+size_t gnp_flow_state_memory(size_t count, bool along, bool tangential, bool edges);
+
 /* Puts the points in curve order; of a state that is not measured. On failure the state is unchanged. */
 gnp_status gnp_flow_state_sort(struct gnp_flow_state *state, struct gnp_error *error);
 
-/* Positions in an order that does not depend on where points lie: fixed ones first, if asked for (their number in *fixed), then those
- * of the cloud by their index there, then inserted ones as they stand. *order (count) is freed by the caller. */
+/* Positions in an order that does not depend on where points lie: fixed ones first, if asked for (their number in
+ * *fixed), then those of the cloud by their index there, then inserted ones as they stand. *order (count) is freed by
+ * the caller. */
 gnp_status gnp_flow_state_rank(const struct gnp_flow_state *state, bool fixed_first, uint32_t **order, size_t *fixed,
                                struct gnp_error *error);
 
-/* II(d, d) at point i for a tangent vector d: twice the height of the surface over the tangent plane, to second order. */
+/* II(d, d) at point i for a tangent vector d: twice the height of the surface over the tangent plane, to second
+ * order. */
 double gnp_flow_second_form(const struct gnp_flow_state *state, size_t i, const double d[3]);
 
 /* The normal at a small way d from point i along the surface, to first order. */
 void gnp_flow_normal_along(const struct gnp_flow_state *state, size_t i, const double d[3], double out[3]);
-
-/* Estimates the geometry and fills the rest. model (may be NULL): the one used. GNP_DEGENERATE when the cloud no longer determines a
- * surface; *finite: false when it has a value that is not a number, and then the measures are not to be used. */
-gnp_status gnp_flow_state_measure(struct gnp_flow_state *state, const struct gnp_flow_rule *rule, struct gnp_pool *pool,
-                                  struct gnp_task *task, const struct gnp_model **model, bool *finite, struct gnp_error *error);
 
 /* Distance between neighbours that a point's cell stands for: the root of its area. */
 static inline double gnp_flow_spacing(const struct gnp_flow_state *state, size_t i)

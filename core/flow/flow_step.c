@@ -41,8 +41,8 @@ static void pull(const struct gnp_flow_state *state, const struct gnp_flow_move 
 }
 
 /* d in: dt H n; out: the solution of (M + dt/2 S) d = M dt H n. */
-static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double *d, struct gnp_pool *pool, struct gnp_task *task,
-                          struct gnp_error *error)
+static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double *d, struct gnp_pool *pool,
+                          struct gnp_task *task, struct gnp_error *error)
 {
 	struct gnp_stiffness stiffness = {0};
 	size_t iterations;
@@ -60,8 +60,8 @@ static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double 
 }
 
 /* The 99.9th percentile of how far points go over how far they may; infinite where one goes nowhere finite. */
-static gnp_status judge(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, double *too_far,
-                        struct gnp_error *error)
+static gnp_status judge(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d,
+                        double *too_far, struct gnp_error *error)
 {
 	double *ratio = gnp_array_new(state->count, sizeof *ratio);
 	if (!ratio)
@@ -119,8 +119,8 @@ struct gaps {
 	double *points, *normals; /* (count, 3) */
 };
 
-static gnp_status find_gaps(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, struct gaps *gaps,
-                            struct gnp_error *error)
+static gnp_status find_gaps(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d,
+                            struct gaps *gaps, struct gnp_error *error)
 {
 	size_t wide = 0, made = 0;
 	for (size_t i = 0; i < state->count; i++)
@@ -151,8 +151,8 @@ struct choice {
 };
 
 /* Several points see one gap: of their proposals those stay that are apart from each other and from what is there. */
-static gnp_status choose_gaps(const struct gnp_flow_state *state, const struct gnp_flow_move *move, struct choice *choice,
-                              struct gnp_task *task, struct gnp_error *error)
+static gnp_status choose_gaps(const struct gnp_flow_state *state, const struct gnp_flow_move *move,
+                              struct choice *choice, struct gnp_task *task, struct gnp_error *error)
 {
 	size_t there = choice->kept, total = there + choice->gaps.count, kept, at = 0;
 	double *points = gnp_array_new(total, 3 * sizeof *points);
@@ -174,8 +174,8 @@ static gnp_status choose_gaps(const struct gnp_flow_state *state, const struct g
 	return status;
 }
 
-static gnp_status choose(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, struct choice *choice,
-                         struct gnp_task *task, struct gnp_error *error)
+static gnp_status choose(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d,
+                         struct choice *choice, struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	choice->kept = state->count;
@@ -216,15 +216,18 @@ static gnp_status gather(const struct gnp_flow_state *state, const struct choice
 	return GNP_OK;
 }
 
-static void set_off(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, size_t i, double point[3])
+static void set_off(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, size_t i,
+                    double point[3])
 {
 	double lift = state->fixed[i] ? 0 : move->projection * state->lift[i];
 	for (size_t c = 0; c < 3; c++)
-		point[c] = state->points[3 * i + c] + (state->shift ? state->shift[3 * i + c] : 0) + lift * state->normals[3 * i + c] + d[3 * i + c];
+		point[c] = state->points[3 * i + c] + (state->shift ? state->shift[3 * i + c] : 0) +
+		           lift * state->normals[3 * i + c] + d[3 * i + c];
 }
 
-static gnp_status arrive(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, struct gnp_task *task,
-                         struct gnp_flow_state *next, struct gnp_flow_moved *moved, struct gnp_error *error)
+static gnp_status arrive(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d,
+                         struct gnp_task *task, struct gnp_flow_state *next, struct gnp_flow_moved *moved,
+                         struct gnp_error *error)
 {
 	struct choice choice = {.points = gnp_array_new(state->count, 3 * sizeof(double)), .keep = gnp_array_new(state->count, 1)};
 	gnp_status status = choice.points && choice.keep ? GNP_OK : gnp_no_memory("flow", state->count, "points", error);

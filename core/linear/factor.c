@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/linear/linalg.h"
 #include "core/linear/factor_front.h"
 #include "core/linear/factor_parts.h"
+#include "core/linear/linalg.h"
 
 enum { COLUMNS_A_CHUNK = GNP_FACTOR_FRONT_COLUMNS };
 /* Rows are scaled to largest entries of 1, symmetric matrices to a diagonal of 1. */

@@ -39,7 +39,8 @@ static gnp_status check_shells(const struct gnp_architecture *a, struct gnp_erro
 	for (unsigned i = 0; i < a->shells; i++) {
 		unsigned low = i ? a->shell[i - 1] + 1 : 8;
 		if (a->shell[i] < low || a->shell[i] > 4096)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "shell %u: got %u points, need %u..4096", i, a->shell[i], low);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "shell %u: got %u points, need %u..4096", i, a->shell[i], low);
 	}
 	return GNP_OK;
 }
@@ -71,7 +72,8 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 	if (projection && !(a->ridge >= 1e-15 && a->ridge <= 1))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "ridge: got %g, need 1e-15..1", a->ridge);
 	if (projection && a->features < 4)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "features: got %u, the projection head's nodes have 4", a->features);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "features: got %u, the projection head's nodes have 4", a->features);
 	return check_shells(a, error);
 }
 
@@ -149,7 +151,8 @@ static void add_head(const struct gnp_architecture *a, struct gnp_layout *layout
 	add_linear(layout, "head.4", a->outputs, a->head_width);
 }
 
-gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout, struct gnp_error *error)
+gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout,
+                                   struct gnp_error *error)
 {
 	gnp_status status = check(architecture, error);
 	if (status != GNP_OK)

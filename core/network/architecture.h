@@ -1,12 +1,13 @@
 /* What a geometric neural operator is made of, and the one table of its parameters.
  *
- * Trunk `edge` (the paper's, eq. neural operator layer): v_i <- sigma(v_i + mix(mean_j k(x_i, x_j) v_j)), the kernel an MLP of one hidden layer on
- * both nodes' features with values in blocks of width / channels squared. Trunk `separable`: v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)).
- * Head `pooled` (the paper's): mean over the patch and an MLP to Legendre coefficients. Head `projection`: the same mean, with a summary
- * of nested least-squares fits, and an MLP to how the heights are projected onto a basis (projection.h).
+ * Trunk `edge` (the paper's, eq. neural operator layer): v_i <- sigma(v_i + mix(mean_j k(x_i, x_j) v_j)), the kernel an
+ * MLP of one hidden layer on both nodes' features with values in blocks of width / channels squared. Trunk `separable`:
+ * v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)). Head `pooled` (the paper's): mean over the patch and an MLP to
+ * Legendre coefficients. Head `projection`: the same mean, with a summary of nested least-squares fits, and an MLP to
+ * how the heights are projected onto a basis (projection.h).
  *
- * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation, training and
- * its checkpoints all go by it. Names are those of the reference package's state dicts. */
+ * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation,
+ * training and its checkpoints all go by it. Names are those of the reference package's state dicts. */
 #ifndef GNP_CORE_ARCHITECTURE_H
 #define GNP_CORE_ARCHITECTURE_H
 
@@ -48,7 +49,8 @@ struct gnp_layout {
 };
 
 /* Checks the architecture's ranges and lays its parameters out. On failure *layout is undefined. */
-gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout, struct gnp_error *error);
+gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout,
+                                   struct gnp_error *error);
 
 /* The row of a name; NULL when there is none. */
 const struct gnp_parameter_row *gnp_layout_find(const struct gnp_layout *layout, const char *name);

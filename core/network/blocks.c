@@ -22,8 +22,8 @@ void gnp_blocks_slice(const struct gnp_blocks *blocks, size_t step, float *slice
 	}
 }
 
-void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice, size_t count, size_t rows, const float *y,
-                             float *spread)
+void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice, size_t count, size_t rows,
+                             const float *y, float *spread)
 {
 	size_t h = blocks->side, width = blocks->channels * h;
 	for (size_t c = 0; c < blocks->channels; c++)
@@ -31,8 +31,8 @@ void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice
 		                width, 0, spread + c * h * count * rows, rows);
 }
 
-void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread, float *dy,
-                                float *dweight)
+void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread,
+                                float *dy, float *dweight)
 {
 	size_t h = blocks->side, n = blocks->neurons, width = blocks->channels * h;
 	for (size_t c = 0; c < blocks->channels; c++) {

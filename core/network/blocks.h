@@ -18,15 +18,15 @@ struct gnp_blocks {
 /* spread (rows, width, n): y K without the bias as a linear form of the hidden activations,
  * spread[r][(c, out)][p] = sum_in y[r][(c, in)] weight[(c, in, out)][p]; y is (rows, width). */
 void gnp_blocks_spread(const struct gnp_blocks *blocks, size_t rows, const float *y, float *spread);
-void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread, float *dy,
-                                float *dweight);
+void gnp_blocks_spread_backward(const struct gnp_blocks *blocks, size_t rows, const float *y, const float *dspread,
+                                float *dy, float *dweight);
 
-/* The same for a few neurons at a time, so that what comes out stays in cache until it is used. sliced (c h h, n) holds the weights
- * of neurons p .. p + count - 1 from c h h p on, as (c h h, count), for p = 0, step, 2 step ..., the last slice the shorter one.
- * spread (width, count, rows), the rows innermost. */
+/* The same for a few neurons at a time, so that what comes out stays in cache until it is used. sliced (c h h, n) holds
+ * the weights of neurons p .. p + count - 1 from c h h p on, as (c h h, count), for p = 0, step, 2 step ..., the last
+ * slice the shorter one. spread (width, count, rows), the rows innermost. */
 void gnp_blocks_slice(const struct gnp_blocks *blocks, size_t step, float *sliced);
-void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice, size_t count, size_t rows, const float *y,
-                             float *spread);
+void gnp_blocks_spread_slice(const struct gnp_blocks *blocks, const float *slice, size_t count, size_t rows,
+                             const float *y, float *spread);
 
 /* z (rows, width) = sums of y K over nodes, from moments (rows, width, n), sums of y[(c, in)] g[p], without the bias:
  * z[r][(c, out)] = sum_in sum_p weight[(c, in, out)][p] moments[r][(c, in)][p]. dmoments is written, not added to. */

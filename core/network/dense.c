@@ -5,8 +5,8 @@
 #include "core/base/simd.h"
 #include "core/linear/linalg.h"
 
-void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
-                           float *y)
+void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight,
+                           size_t ldw, float *y)
 {
 	gnp_linalg_gemm(GNP_PLAIN, GNP_TRANSPOSED, rows, out, in, 1, x, ldx, weight, ldw, 1, y, out);
 }

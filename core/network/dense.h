@@ -5,15 +5,17 @@
 
 #include <stddef.h>
 
-/* y (rows, out) = x (rows, in) W^T + bias. W is (out, in); ldx and ldw are the distances of rows in x and W. bias (out) or NULL. */
+/* y (rows, out) = x (rows, in) W^T + bias. W is (out, in); ldx and ldw are the distances of rows in x and W. bias (out)
+ * or NULL. */
 void gnp_dense_forward(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
                        const float *bias, float *y);
 
 /* The same with y += . */
-void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
-                           float *y);
+void gnp_dense_forward_add(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight,
+                           size_t ldw, float *y);
 
-/* dx (rows, in), whose rows lie ldx apart; dweight, with the layout of W, and dbias (out) are added to. Each may be NULL. */
+/* dx (rows, in), whose rows lie ldx apart; dweight, with the layout of W, and dbias (out) are added to. Each may be
+ * NULL. */
 void gnp_dense_backward(size_t rows, size_t in, size_t out, const float *x, size_t ldx, const float *weight, size_t ldw,
                         const float *dy, float *dx, float *dweight, float *dbias);
 

@@ -48,7 +48,8 @@ enum { LANES = 16, TERMS = 4, HALF = LANES / 2 };
 typedef float lanes8 __attribute__((vector_size(HALF * sizeof(float)), aligned(sizeof(float))));
 typedef int mask8 __attribute__((vector_size(HALF * sizeof(int)), aligned(sizeof(int))));
 
-/* `count` terms from `term` on, a constant, and LANES neurons from p on: left to itself the compiler transposes in the loop. */
+/* `count` terms from `term` on, a constant, and LANES neurons from p on: left to itself the compiler transposes in the
+ * loop. */
 GNP_INLINE void moments_wide(size_t sources, size_t n, size_t terms, size_t term, size_t count, size_t p, const float *restrict a,
                              const float *restrict b, const float *restrict x, float *restrict moments)
 {

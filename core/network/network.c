@@ -6,8 +6,8 @@
 
 #include "core/base/memory.h"
 
-gnp_status gnp_network_create(const struct gnp_architecture *architecture, const float *parameters, struct gnp_network **out,
-                               struct gnp_error *error)
+gnp_status gnp_network_create(const struct gnp_architecture *architecture, const float *parameters,
+                              struct gnp_network **out, struct gnp_error *error)
 {
 	struct gnp_network *network = gnp_array_zero(1, sizeof *network);
 	if (!network)
@@ -16,7 +16,8 @@ gnp_status gnp_network_create(const struct gnp_architecture *architecture, const
 	gnp_status status = gnp_architecture_layout(architecture, &network->layout, error);
 	float *copy = status == GNP_OK ? gnp_array_new(network->layout.total, sizeof *copy) : NULL;
 	if (status == GNP_OK && !copy)
-		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu parameters", network->layout.total);
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                       "operator: no memory for %zu parameters", network->layout.total);
 	if (status != GNP_OK) {
 		gnp_network_free(network);
 		return status;

@@ -23,8 +23,9 @@ static struct head head_of(const struct gnp_network *network)
 	return head;
 }
 
-gnp_status gnp_pooled_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *coefficients,
-                              const struct gnp_pooled_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_pooled_forward(const struct gnp_network *network, const struct gnp_network_batch *batch,
+                              float *coefficients, const struct gnp_pooled_tape **tape, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	const struct gnp_architecture *a = &network->architecture;
 	const float *parameters = network->parameters;
@@ -51,8 +52,9 @@ gnp_status gnp_pooled_forward(const struct gnp_network *network, const struct gn
 	return GNP_OK;
 }
 
-gnp_status gnp_pooled_backward(const struct gnp_network *network, const struct gnp_pooled_tape *tape, const float *dcoefficients,
-                               float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_pooled_backward(const struct gnp_network *network, const struct gnp_pooled_tape *tape,
+                               const float *dcoefficients, float *gradient, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	const struct gnp_architecture *a = &network->architecture;
 	const float *parameters = network->parameters;

@@ -27,7 +27,8 @@ bool gnp_projection_work_take(const struct gnp_architecture *architecture, struc
 	return true;
 }
 
-static void gather_shell(struct gnp_projection *out, unsigned l, const struct gnp_projection_work *work, size_t from, size_t to)
+static void gather_shell(struct gnp_projection *out, unsigned l, const struct gnp_projection_work *work, size_t from,
+                         size_t to)
 {
 	_Alignas(64) double gram[STRIDE * STRIDE];
 	out->count[l] = to - from;
@@ -38,8 +39,9 @@ static void gather_shell(struct gnp_projection *out, unsigned l, const struct gn
 		out->square[l] += work->y[i] * work->y[i];
 }
 
-void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch, const uint32_t *usable,
-                           size_t count, struct gnp_projection_work *work, struct gnp_projection *out)
+void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch,
+                           const uint32_t *usable, size_t count, struct gnp_projection_work *work,
+                           struct gnp_projection *out)
 {
 	double height = patch->scale_w / patch->scale_xy;
 	size_t most = architecture->shell[architecture->shells - 1], from = 0;
@@ -67,8 +69,8 @@ struct first {
 	double misfit;        /* mean square */
 };
 
-static void solve_first(const double *gram, const double *moment, double square, size_t count, double radius, double ridge,
-                        struct first *first)
+static void solve_first(const double *gram, const double *moment, double square, size_t count, double radius,
+                        double ridge, struct first *first)
 {
 	double factor[SIZE];
 	unsigned order[SIZE];
@@ -240,8 +242,8 @@ static double bilinear(const double *gram, const double *a, const double *b)
 	return sum;
 }
 
-void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs, const struct gnp_projection_fit *fit,
-                                   const double *dcoefficients, float *doutputs)
+void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs,
+                                   const struct gnp_projection_fit *fit, const double *dcoefficients, float *doutputs)
 {
 	double factor[SIZE], adjoint[STRIDE] = {0}, dridge[ORDERS] = {0}, tail = 0;
 	unsigned order[SIZE];

@@ -40,14 +40,16 @@ struct gnp_projection_work {
 bool gnp_projection_work_take(const struct gnp_architecture *architecture, struct gnp_projection_work *work,
                               struct gnp_scratch *scratch);
 
-/* Sums over the patch's points at the positions usable (count), ascending by distance; what is beyond the last shell is left
- * out. u, v, y of work hold those points' coordinates and heights in units of scale_xy. */
-void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch, const uint32_t *usable,
-                           size_t count, struct gnp_projection_work *work, struct gnp_projection *out);
+/* Sums over the patch's points at the positions usable (count), ascending by distance; what is beyond the last shell is
+ * left out. u, v, y of work hold those points' coordinates and heights in units of scale_xy. */
+void gnp_projection_gather(const struct gnp_architecture *architecture, const struct gnp_patch *patch,
+                           const uint32_t *usable, size_t count, struct gnp_projection_work *work,
+                           struct gnp_projection *out);
 
-/* summary (gnp_projection_summary): for every nested support the logarithms of the first fit's misfit and of its coefficients' size by
- * order; nodes (GNP_PROJECTION_NODES, features): u, v, y and residual of the middle support's fit, u and v in units of the last
- * shell's radius, at points spread over the shells. k: the neighbours that set the patches. features >= 4 (further ones are 0). */
+/* summary (gnp_projection_summary): for every nested support the logarithms of the first fit's misfit and of its
+ * coefficients' size by order; nodes (GNP_PROJECTION_NODES, features): u, v, y and residual of the middle support's
+ * fit, u and v in units of the last shell's radius, at points spread over the shells. k: the neighbours that set the
+ * patches. features >= 4 (further ones are 0). */
 void gnp_projection_describe(const struct gnp_architecture *architecture, size_t k, const struct gnp_projection *sums,
                              const struct gnp_projection_work *work, float *summary, float *nodes);
 
@@ -64,12 +66,12 @@ struct gnp_projection_fit {
 /* outputs (gnp_projection_outputs). False when the points do not determine a surface; then the coefficients are 0. */
 bool gnp_projection_solve(const struct gnp_projection *sums, const float *outputs, struct gnp_projection_fit *fit);
 
-/* Outputs to begin training with: penalties like those of the first fit of the last shell, whose area is `spread` times that of the
- * k neighbours' disk, and shells that fade outwards. */
+/* Outputs to begin training with: penalties like those of the first fit of the last shell, whose area is `spread` times
+ * that of the k neighbours' disk, and shells that fade outwards. */
 void gnp_projection_begin(const struct gnp_architecture *architecture, double spread, float *outputs);
 
 /* doutputs = d loss / d outputs from d loss / d coefficients (GNP_TAYLOR_SIZE). */
-void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs, const struct gnp_projection_fit *fit,
-                                   const double *dcoefficients, float *doutputs);
+void gnp_projection_solve_backward(const struct gnp_projection *sums, const float *outputs,
+                                   const struct gnp_projection_fit *fit, const double *dcoefficients, float *doutputs);
 
 #endif

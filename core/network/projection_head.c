@@ -34,8 +34,8 @@ static struct sizes sizes_of(const struct gnp_architecture *a)
 }
 
 /* The trunk's mean, then the summary in units of its spread over the training data. */
-static void fill_inputs(const struct sizes *s, const float *parameters, const struct places *at, size_t patches, const float *mean,
-                        const float *summary, float *inputs)
+static void fill_inputs(const struct sizes *s, const float *parameters, const struct places *at, size_t patches,
+                        const float *mean, const float *summary, float *inputs)
 {
 	const float *centre = parameters + at->mean, *deviation = parameters + at->deviation;
 	for (size_t p = 0; p < patches; p++) {
@@ -46,9 +46,9 @@ static void fill_inputs(const struct sizes *s, const float *parameters, const st
 	}
 }
 
-gnp_status gnp_projection_head_forward(const struct gnp_network *network, size_t patches, const float *mean, const float *summary,
-                                       float *outputs, struct gnp_projection_tape *tape, struct gnp_scratch *scratch,
-                                       struct gnp_error *error)
+gnp_status gnp_projection_head_forward(const struct gnp_network *network, size_t patches, const float *mean,
+                                       const float *summary, float *outputs, struct gnp_projection_tape *tape,
+                                       struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct sizes s = sizes_of(&network->architecture);
 	const struct places at = places_of(network);

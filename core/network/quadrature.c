@@ -2,7 +2,8 @@
 
 #include <math.h>
 
-size_t gnp_quadrature_choose(const float *nodes, size_t stride, size_t count, size_t wanted, size_t *chosen, float *distance)
+size_t gnp_quadrature_choose(const float *nodes, size_t stride, size_t count, size_t wanted, size_t *chosen,
+                             float *distance)
 {
 	if (wanted >= count) {
 		for (size_t i = 0; i < count; i++)

@@ -58,8 +58,8 @@ static void put_row(struct gnp_trunk_tape *tape, const float *features, size_t r
 }
 
 /* The rows of one patch from `row` on; the row after them is returned. */
-static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_network_batch *batch, size_t patch, size_t row,
-                            size_t *chosen, float *distance)
+static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_network_batch *batch, size_t patch,
+                            size_t row, size_t *chosen, float *distance)
 {
 	const size_t features = tape->terms - 1, nodes = patch_nodes(batch, patch), inner = batch->inner[patch];
 	const float *x = batch->nodes + batch->start[patch] * features, share = 1 / (float)inner;
@@ -75,8 +75,8 @@ static size_t lay_out_patch(struct gnp_trunk_tape *tape, const struct gnp_networ
 	return row;
 }
 
-static bool lay_out(struct gnp_trunk_tape *tape, const struct gnp_network *network, const struct gnp_network_batch *batch,
-                    struct gnp_scratch *scratch)
+static bool lay_out(struct gnp_trunk_tape *tape, const struct gnp_network *network,
+                    const struct gnp_network_batch *batch, struct gnp_scratch *scratch)
 {
 	const struct gnp_architecture *a = &network->architecture;
 	size_t most = 1;
@@ -189,7 +189,8 @@ gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, gnp_scratch_take(scratch, 1, sizeof *pass.tape), NULL, scratch};
 	if (!pass.tape || !forward(&pass, batch, tape != NULL, mean))
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for %zu nodes", batch->start[batch->patches]);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                     "operator: no memory for %zu nodes", batch->start[batch->patches]);
 	if (tape)
 		*tape = pass.tape;
 	else
@@ -264,12 +265,14 @@ gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gn
 	bool done = backward(&pass, dmean);
 	gnp_scratch_release(scratch, mark);
 	if (!done)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "operator: no memory for the derivatives of %zu nodes", tape->rows);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
+		                     "operator: no memory for the derivatives of %zu nodes", tape->rows);
 	return GNP_OK;
 }
 
 /* Multiply-adds of one layer's integrals for a patch: those of the forward pass, or of the backward one. */
-static double edge_products(const struct gnp_architecture *a, unsigned layer, double sources, double targets, bool backward)
+static double edge_products(const struct gnp_architecture *a, unsigned layer, double sources, double targets,
+                            bool backward)
 {
 	double n = a->neurons, width = a->width, side = width / a->channels, top = width * side * n, hidden = n * a->features;
 	double count = (sources + targets) * hidden; /* a, b, and back to their parameters */
@@ -282,7 +285,8 @@ static double edge_products(const struct gnp_architecture *a, unsigned layer, do
 	return count + (backward ? 3 : 1) * sources * top + (backward ? 2 : 1) * sources * targets * n * width;
 }
 
-static double separable_products(const struct gnp_architecture *a, unsigned layer, double sources, double targets, bool backward)
+static double separable_products(const struct gnp_architecture *a, unsigned layer, double sources, double targets,
+                                 bool backward)
 {
 	double n = a->neurons, width = a->width, side = width / a->channels;
 	double nodes = (sources + targets) * (n * a->features + n * n);

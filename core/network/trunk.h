@@ -1,11 +1,12 @@
-/* The operator's layers for a batch of patches, up to the mean of the values over each patch: all that heads ask of them.
+/* The operator's layers for a batch of patches, up to the mean of the values over each patch: all that heads ask of
+ * them.
  *
- * A layer is v_i <- sigma(v_i + mix(z_i)), sigma(x) = max(x, 0) but for the last layer's identity, and the integral z_i is a mean
- * over sources j. `edge`: z_i = mean_j K(x_i, x_j) v_j, the sources being the patch's quadrature points (quadrature.h);
- * `separable`: z_i = K2(x_i) mean_j K1(x_j) v_j, all nodes being sources.
- * Kernels are never formed: their last layer is linear, and is contracted with values once a source or once a patch (blocks.h).
- * Two layers of the edge trunk cost little more than their hidden activations: the first, whose values are affine in the
- * features, so that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. */
+ * A layer is v_i <- sigma(v_i + mix(z_i)), sigma(x) = max(x, 0) but for the last layer's identity, and the integral z_i
+ * is a mean over sources j. `edge`: z_i = mean_j K(x_i, x_j) v_j, the sources being the patch's quadrature points
+ * (quadrature.h); `separable`: z_i = K2(x_i) mean_j K1(x_j) v_j, all nodes being sources. Kernels are never formed:
+ * their last layer is linear, and is contracted with values once a source or once a patch (blocks.h). Two layers of the
+ * edge trunk cost little more than their hidden activations: the first, whose values are affine in the features, so
+ * that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. */
 #ifndef GNP_CORE_TRUNK_H
 #define GNP_CORE_TRUNK_H
 
@@ -17,8 +18,9 @@
 /* What backward needs of a forward pass. */
 struct gnp_trunk_tape;
 
-/* mean (patches, width): of the values of each patch's inner nodes. *tape lies in scratch, as long as what the caller marked before
- * it stays; NULL: not wanted, and nothing stays taken. GNP_OUT_OF_MEMORY, and then the outputs are undefined. */
+/* mean (patches, width): of the values of each patch's inner nodes. *tape lies in scratch, as long as what the caller
+ * marked before it stays; NULL: not wanted, and nothing stays taken. GNP_OUT_OF_MEMORY, and then the outputs are
+ * undefined. */
 gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
                              const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error);
 

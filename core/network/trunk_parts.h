@@ -1,4 +1,4 @@
-/* What trunk.c shares with the two kinds of integrals, trunk_edge.c and trunk_separable.c; nobody else includes it. */
+/* What trunk.c shares with the two kinds of integrals, trunk_edge and trunk_separable; nobody else includes it. */
 #ifndef GNP_CORE_TRUNK_PARTS_H
 #define GNP_CORE_TRUNK_PARTS_H
 
@@ -15,7 +15,8 @@ struct gnp_trunk_kept {
 	float *average;   /* separable, last layer: (patches, n) of hidden[3] */
 };
 
-/* A batch laid out anew: the rows of patch p are first[p] .. first[p + 1] - 1, its sources and then the other inner nodes. */
+/* A batch laid out anew: the rows of patch p are first[p] .. first[p + 1] - 1, its sources and then the other inner
+ * nodes. */
 struct gnp_trunk_tape {
 	size_t patches, rows, terms; /* terms = features + 1 */
 	size_t *first;               /* (patches + 1) */
@@ -35,7 +36,8 @@ struct gnp_trunk_pass {
 	struct gnp_scratch *scratch;
 };
 
-/* Where a linear layer lies in the block of parameters, by name: the pattern's '#' stands for the number of the layer. */
+/* Where a linear layer lies in the block of parameters, by name: the pattern's '#' stands for the number of the
+ * layer. */
 struct gnp_linear_place {
 	size_t weight, bias;
 };
@@ -45,15 +47,19 @@ struct gnp_blocks gnp_trunk_blocks(const struct gnp_network *network, struct gnp
 /* The integrals of a layer that is not the last: kept.z out, and back: dz (rows, width) -> dvalues (rows, width) += .
  * false: memory is exhausted. */
 typedef bool (*gnp_integral_fn)(const struct gnp_trunk_pass *pass, unsigned layer);
-typedef bool (*gnp_integral_backward_fn)(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+typedef bool (*gnp_integral_backward_fn)(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                         float *dvalues);
 bool gnp_edge_integral(const struct gnp_trunk_pass *pass, unsigned layer);
 bool gnp_edge_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
 bool gnp_separable_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                     float *dvalues);
 /* The mean over inner nodes of the last layer's: kept.z and dz are (patches, width). */
 bool gnp_edge_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_edge_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_edge_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                     float *dvalues);
 bool gnp_separable_mean_integral(const struct gnp_trunk_pass *pass, unsigned layer);
-bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues);
+bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                          float *dvalues);
 
 #endif

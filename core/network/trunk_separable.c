@@ -82,7 +82,8 @@ static bool take_kept(const struct gnp_trunk_pass *pass, struct gnp_trunk_kept *
 	return kept->moments && kept->pooled && kept->spread;
 }
 
-/* What both kinds of layers need: pooled, its spread by K2, K2's hidden layers; zbias (patches, width) the part of K2's bias. */
+/* What both kinds of layers need: pooled, its spread by K2, K2's hidden layers; zbias (patches, width) the part of K2's
+ * bias. */
 static bool evaluate(const struct gnp_trunk_pass *pass, unsigned layer, struct gnp_trunk_kept *kept, float *zbias)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
@@ -142,7 +143,8 @@ bool gnp_separable_mean_integral(const struct gnp_trunk_pass *pass, unsigned lay
 	return true;
 }
 
-/* From dspread (patches, width, n), dhidden (rows, n) of K2 and dzsum (patches, width) to all parameters and the values. */
+/* From dspread (patches, width, n), dhidden (rows, n) of K2 and dzsum (patches, width) to all parameters and the
+ * values. */
 static bool evaluate_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dspread, float *dhidden,
                               const float *dzsum, float *dvalues)
 {
@@ -202,7 +204,8 @@ bool gnp_separable_integral_backward(const struct gnp_trunk_pass *pass, unsigned
 	return done;
 }
 
-bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz, float *dvalues)
+bool gnp_separable_mean_integral_backward(const struct gnp_trunk_pass *pass, unsigned layer, const float *dz,
+                                          float *dvalues)
 {
 	const struct gnp_trunk_tape *tape = pass->tape;
 	const struct gnp_trunk_kept *kept = &tape->kept[layer];

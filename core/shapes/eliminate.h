@@ -1,6 +1,7 @@
-/* Weighted sample elimination (Yuksel, Sample Elimination for Generating Poisson Disk Sample Sets, 2015): takes the most
- * crowded candidate away, again and again, until the wanted number is left. Crowding is told apart in steps of a sixteenth
- * octave, within which the order is that of memory. Time and memory are linear in count. */
+/* Thins candidates to an even sample by weighted sample elimination (Yuksel, Sample Elimination for Generating Poisson
+ * Disk Sample Sets, 2015): takes the most crowded candidate away, again and again, until the wanted number is left.
+ * Crowding is told apart in steps of a sixteenth octave, within which the order is that of memory. Time and memory are
+ * linear in count. */
 #ifndef GNP_CORE_ELIMINATE_H
 #define GNP_CORE_ELIMINATE_H
 

@@ -7,6 +7,7 @@
 #include "core/base/random.h"
 #include "core/shapes/eliminate.h"
 #include "core/shapes/shape_family.h"
+#include "core/shapes/shapes.h"
 
 /* Streams of the sampling seed; the item's number is in the low bits. */
 enum { STREAM_CANDIDATE = 1, STREAM_NOISE, STREAM_OUTLIER };

@@ -6,7 +6,10 @@
 #ifndef GNP_CORE_SHAPE_FAMILY_H
 #define GNP_CORE_SHAPE_FAMILY_H
 
-#include "core/shapes/shapes.h"
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/base/status.h"
 
 /* Exact geometry at one point of a surface; signs and meaning as in struct gnp_sample. */
 struct gnp_geometry {

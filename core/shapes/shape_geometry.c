@@ -1,3 +1,4 @@
+/* Normals and curvatures of a surface from the derivatives of a chart or of a level set (shape_family.h). */
 #include "core/shapes/shape_family.h"
 
 #include <math.h>

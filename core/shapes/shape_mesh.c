@@ -1,3 +1,4 @@
+/* Covers a surface with triangles of its parameters, from which candidates for samples are drawn (shape_family.h). */
 #include "core/shapes/shape_family.h"
 
 #include <math.h>

@@ -1,3 +1,5 @@
+/* Surfaces given by charts: sphere, ellipsoid, tori, the paper's toroidal family, plane, cylinder, saddle
+ * (shape_family.h). */
 #include "core/shapes/shape_family.h"
 
 #include <math.h>

@@ -1,11 +1,10 @@
-/* The paper's radial family: x = r(d) d over unit directions d, with
- * r = 1 + s sum_{l=1..L} sum_{m=0..l} (alpha_lm cos m phi - beta_lm sin m phi) k_m N_lm P_lm(cos theta), k_0 = 1, k_m = 2:
- * the real part of complex coefficients alpha + i beta ~ N(0, 1/l) closed by conjugacy. The mean over the sphere is exactly
- * 1 since only l = 0 has one.
+/* The paper's radial family: x = r(d) d over unit directions d, with r = 1 + s sum_{l=1..L} sum_{m=0..l} (alpha_lm cos
+ * m phi - beta_lm sin m phi) k_m N_lm P_lm(cos theta), k_0 = 1, k_m = 2: the real part of complex coefficients alpha +
+ * i beta ~ N(0, 1/l) closed by conjugacy. The mean over the sphere is exactly 1 since only l = 0 has one.
  *
- * The sum is evaluated as a polynomial in the Cartesian components of d: with A_m + i B_m = (x + i y)^m and
- * Q_lm(z) = N_lm P_lm / sin^m theta, each harmonic is Q_lm(z) A_m or Q_lm(z) B_m. No angle and no 1/sin theta appears,
- * so the poles are ordinary points. */
+ * The sum is evaluated as a polynomial in the Cartesian components of d: with A_m + i B_m = (x + i y)^m and Q_lm(z) =
+ * N_lm P_lm / sin^m theta, each harmonic is Q_lm(z) A_m or Q_lm(z) B_m. No angle and no 1/sin theta appears, so the
+ * poles are ordinary points. */
 #include "core/shapes/shape_family.h"
 
 #include <math.h>

@@ -1,10 +1,11 @@
-#include "core/shapes/shape_family.h"
+#include "core/shapes/shapes.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/names.h"
+#include "core/shapes/shape_family.h"
 
 static const struct gnp_shape_family *const TABLES[] = {gnp_shapes_parametric, gnp_shapes_radial, gnp_shapes_implicit};
 

@@ -1,4 +1,4 @@
-/* The format of an answer by the Accept header of its request. */
+/* Chooses the format of an answer by the Accept header of its request. */
 #ifndef GNP_PROTO_ACCEPT_H
 #define GNP_PROTO_ACCEPT_H
 

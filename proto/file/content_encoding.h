@@ -1,4 +1,4 @@
-/* gzip and deflate bodies (zlib), with a hard bound on the decompressed size. */
+/* Unpacks gzip and deflate bodies (zlib), with a hard bound on the decompressed size. */
 #ifndef GNP_PROTO_CONTENT_ENCODING_H
 #define GNP_PROTO_CONTENT_ENCODING_H
 

@@ -1,4 +1,5 @@
-/* A response as a file: its outputs with the points they belong to. Bodies of /v1 and the command line's answers. */
+/* Encodes a response as a file: its outputs with the points they belong to. Bodies of /v1 and the command line's
+ * answers. */
 #ifndef GNP_PROTO_RESULT_H
 #define GNP_PROTO_RESULT_H
 

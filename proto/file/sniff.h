@@ -1,4 +1,4 @@
-/* The format of a body by its first bytes. */
+/* Tells the format of a body by its first bytes. */
 #ifndef GNP_PROTO_SNIFF_H
 #define GNP_PROTO_SNIFF_H
 

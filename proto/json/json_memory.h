@@ -1,5 +1,5 @@
-/* Memory of jansson, which does not bear to run out of it: in the middle of a text it drops characters without a word, or fails an
- * assertion. A parse therefore takes all it may need at once, beforehand. */
+/* Gives jansson its memory, because jansson cannot cope with a failing allocation: in the middle of a text it drops
+ * characters without a word, or fails an assertion. A parse therefore takes all it may need at once, beforehand. */
 #ifndef GNP_PROTO_JSON_MEMORY_H
 #define GNP_PROTO_JSON_MEMORY_H
 

@@ -1,4 +1,4 @@
-/* Arrays of numbers as JSON text, parsed and written without a tree: a million numbers cost no more than their tensor. */
+/* Reads and writes arrays of numbers as JSON text without a tree: a million numbers cost no more than their tensor. */
 #ifndef GNP_PROTO_JSON_NUMBERS_H
 #define GNP_PROTO_JSON_NUMBERS_H
 

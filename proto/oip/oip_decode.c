@@ -1,3 +1,4 @@
+/* Decodes requests and responses of the Open Inference Protocol (oip.h). */
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>

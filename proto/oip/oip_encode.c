@@ -1,3 +1,4 @@
+/* Encodes requests and responses of the Open Inference Protocol (oip.h). */
 #include <stdlib.h>
 #include <string.h>
 

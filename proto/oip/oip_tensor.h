@@ -1,4 +1,5 @@
-/* What requests and responses of the protocol share: an object of a tensor list and the binary section behind the JSON. */
+/* What requests and responses of the protocol share: an object of a tensor list and the binary section behind the
+ * JSON. */
 #ifndef GNP_PROTO_OIP_TENSOR_H
 #define GNP_PROTO_OIP_TENSOR_H
 

@@ -11,7 +11,7 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "proto/operation/operation.h"
 #include "proto/operation/prepared_cache.h"
 #include "proto/tensor/message.h"

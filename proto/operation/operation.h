@@ -14,7 +14,7 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "proto/tensor/message.h"
 #include "proto/tensor/tensor.h"
 

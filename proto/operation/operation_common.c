@@ -37,6 +37,16 @@ gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp
 	return GNP_OK;
 }
 
+bool gnp_common_given(const struct gnp_call *call)
+{
+	return gnp_tensors_find(&call->request->inputs, "normals") != NULL;
+}
+
+size_t gnp_common_cloud_memory(const struct gnp_call *call)
+{
+	return gnp_common_memory(call->points, 3 * sizeof(double) * (gnp_common_given(call) ? 2 : 1), 0);
+}
+
 size_t gnp_common_memory(size_t count, size_t width, size_t more)
 {
 	size_t bytes;

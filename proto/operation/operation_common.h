@@ -56,6 +56,12 @@ gnp_status gnp_common_resolve(struct gnp_estimate_options *options, const char *
 gnp_status gnp_common_check_points(const struct gnp_call *call, const struct gnp_estimate_options *options,
                                    size_t least, struct gnp_error *error);
 
+/* Whether a call's cloud comes with normals. */
+bool gnp_common_given(const struct gnp_call *call);
+
+/* Bytes of a call's points and normals as the numbers that struct gnp_common_cloud holds. */
+size_t gnp_common_cloud_memory(const struct gnp_call *call);
+
 /* count times width, or SIZE_MAX; and added to another number of bytes. */
 size_t gnp_common_memory(size_t count, size_t width, size_t more);
 

@@ -1,5 +1,6 @@
 #include "proto/operation/operation_equation.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -44,22 +45,38 @@ size_t gnp_equation_sides(const struct gnp_call *call, const char *name)
 	return !tensor ? 0 : tensor->rank > 1 ? tensor->shape[1] : 1;
 }
 
-/* A little above what was measured from 20,000 to 1,000,000 points: of direct solvers bytes per point with 30 points
- * a stencil, of which there are more as stencils grow (degrees 2 to 7, and 150 points). A side has five numbers a
- * point (source, values or a step's source, solution, and what they are in the solver's order) and its reports; the
- * solver itself takes a block of sides at a time. */
-size_t gnp_equation_memory(size_t points, const struct gnp_equation_options *options, size_t sides)
+/* Bytes a point to make an operator and its solver, a little above what test_memory_estimates.c measures: matrices have an entry for each point
+ * of a stencil, and factors grow with the logarithm of the number of points. */
+static double operator_width(size_t points, const struct gnp_poisson_options *options)
 {
-	enum { SQUARE = 8000, LEAST_SQUARES = 16000, ITERATIVE = 5000, SIDE = 40, REPORTS = 192, BLOCK = 8,
-	      DIRECT_MOST = 250000 };
-	bool direct = options->core.solver == GNP_SOLVER_DIRECT ||
-	              (options->core.solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
-	size_t width = !direct ? ITERATIVE : options->core.laplacian.system == GNP_SYSTEM_SQUARE ? SQUARE : LEAST_SQUARES;
-	width = direct ? width / 30 * gnp_laplacian_neighbors(&options->core.laplacian) : width;
-	size_t estimate = gnp_estimate_memory(points, &options->core.laplacian.domain.estimate);
-	estimate = gnp_common_memory(sides, REPORTS, estimate);
-	return gnp_common_memory(points, width + BLOCK * SIDE,
-	                         gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, estimate));
+	enum { DIRECT_MOST = 250000 };
+	bool direct = options->solver == GNP_SOLVER_DIRECT || (options->solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
+	bool square = options->laplacian.system == GNP_SYSTEM_SQUARE;
+	double stencil = (double)gnp_laplacian_neighbors(&options->laplacian), doublings = log2((double)points + 2);
+	if (!direct)
+		return square ? 400 + 50 * doublings + 12 * stencil : 400 + 50 * doublings + 75 * stencil;
+	return square ? 750 + stencil * (19.5 * doublings - 105) : stencil * (31.5 * doublings - 27);
+}
+
+/* What is held beside the operator: the cloud, its domain, and for each side five numbers a point (source, values or a step's source, solution, and
+ * what they are in the solver's order) and its reports; the solver itself takes a block of sides at a time. */
+static size_t with_operator(const struct gnp_call *call, const struct gnp_equation_options *options, double width, size_t sides)
+{
+	enum { SIDE = 5 * sizeof(double), REPORTS = 192, BLOCK = 8 };
+	size_t points = call->points, estimate = gnp_estimate_memory(points, gnp_common_given(call), &options->core.laplacian.domain.estimate);
+	size_t fixed = gnp_common_memory(sides, REPORTS, gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
+	size_t all = gnp_common_memory(points, (size_t)fmax(width, 0) + BLOCK * SIDE, fixed);
+	return gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, all);
+}
+
+size_t gnp_equation_memory(const struct gnp_call *call, const struct gnp_equation_options *options, size_t sides)
+{
+	return with_operator(call, options, operator_width(call->points, &options->core), sides);
+}
+
+size_t gnp_equation_distance_memory(const struct gnp_call *call, const struct gnp_equation_options *options)
+{
+	return with_operator(call, options, 600 + 80 * log2((double)call->points + 2), 1);
 }
 
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter)

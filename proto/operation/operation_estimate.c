@@ -51,19 +51,12 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	return status == GNP_OK ? gnp_common_check_points(call, o, 0, error) : status;
 }
 
-/* On top of the core's: the double copies of points and normals, and the encoded answer. */
+/* On top of the core's: the double copies of points and normals. Answers are the core's, rounded where they lie. */
 static size_t memory(const struct gnp_call *call)
 {
 	const struct options *options = gnp_call_options(call);
 	const struct gnp_estimate_options *o = &options->core;
-	size_t width = 6 * sizeof(double);
-	struct gnp_basis basis = gnp_estimator_at(o->estimator)->basis((struct gnp_basis){o->basis, (unsigned)o->degree});
-	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
-		size_t items = gnp_quantity_info(q)->width;
-		if (o->quantities & GNP_QUANTITY_BIT(q))
-			width += sizeof(float) * (items ? items : gnp_basis_size(basis));
-	}
-	return gnp_common_memory(call->points, width, gnp_estimate_memory(call->points, o));
+	return gnp_common_memory(1, gnp_common_cloud_memory(call), gnp_estimate_memory(call->points, gnp_common_given(call), o));
 }
 
 static size_t quantity_width(const struct gnp_estimate *estimate, int q)

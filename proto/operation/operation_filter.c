@@ -75,8 +75,8 @@ static size_t memory(const struct gnp_call *call)
 {
 	const struct options *options = gnp_call_options(call);
 	const struct gnp_filter_options *o = &options->core;
-	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
-	return gnp_common_memory(call->points, width, gnp_filter_memory(call->points, o));
+	size_t width = sizeof(int64_t) + 1, more = gnp_common_cloud_memory(call);
+	return gnp_common_memory(call->points, width, gnp_common_memory(1, more, gnp_filter_memory(call->points, gnp_common_given(call), o)));
 }
 
 static gnp_status add_index(const struct gnp_filter *filter, struct gnp_tensors *to, struct gnp_error *error)

@@ -140,10 +140,9 @@ static size_t memory(const struct gnp_call *call)
 {
 	const struct options *options = gnp_call_options(call);
 	const struct gnp_flow_options *o = &options->core;
-	size_t width = 6 * sizeof(double) + sizeof(int64_t) + 1;
-	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record),
-	                                   gnp_flow_memory(call->points, o));
-	return gnp_common_memory(call->points, width, records);
+	size_t width = sizeof(int64_t) + 1, core = gnp_flow_memory(call->points, gnp_common_given(call), o);
+	size_t records = gnp_common_memory((size_t)o->steps + 1, sizeof(struct gnp_flow_record), core);
+	return gnp_common_memory(call->points, width, gnp_common_memory(1, gnp_common_cloud_memory(call), records));
 }
 
 static gnp_status add_output(enum output output, struct gnp_flow *flow, enum gnp_datatype type, struct gnp_tensors *to,

@@ -48,7 +48,7 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, gnp_call_options(call), 1);
+	return gnp_equation_distance_memory(call, gnp_call_options(call));
 }
 
 /* ---- The operator ---- */

@@ -49,7 +49,8 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "initial"));
+	return gnp_equation_memory(call, gnp_call_options(call),
+	                           gnp_equation_sides(call, "initial"));
 }
 
 static gnp_status add_report(const struct gnp_prepared_entry *entry, bool found, const struct options *o,

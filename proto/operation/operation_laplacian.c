@@ -72,15 +72,24 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 	return !o->filter && o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
 }
 
-/* Stencils of 30 entries unless told: an index and, for each matrix, a number. */
+static unsigned derivatives(uint64_t wanted)
+{
+	unsigned mask = 0;
+	for (int output = 0; output < OUTPUTS; output++)
+		if (wanted >> output & 1 && derivative_of(output) != GNP_DERIVATIVE_COUNT)
+			mask |= GNP_DERIVATIVE_BIT(derivative_of(output));
+	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
+}
+
+/* On top of the domain's: entries with their columns and a number for each matrix, twice while rows are put in the cloud's order. */
 static size_t memory(const struct gnp_call *call)
 {
-	enum { ENTRIES = 30, INDEX = 12, NUMBER = 16 };
 	const struct options *o = gnp_call_options(call);
-	size_t entries = o->equation.core.laplacian.neighbors ? (size_t)o->equation.core.laplacian.neighbors : ENTRIES * 3;
-	size_t width = entries * (INDEX + NUMBER * (size_t)__builtin_popcountll(o->outputs));
-	return gnp_common_memory(call->points, width,
-	                         gnp_estimate_memory(call->points, &o->equation.core.laplacian.domain.estimate));
+	const struct gnp_laplacian_options *core = &o->equation.core.laplacian;
+	size_t entry = sizeof(uint32_t) + sizeof(double) * (size_t)__builtin_popcount(derivatives(o->outputs));
+	size_t row = gnp_laplacian_neighbors(core) * entry + sizeof(size_t);
+	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), &core->domain.estimate);
+	return gnp_common_memory(call->points, 2 * row + sizeof(double), gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
 }
 
 static gnp_status add_indices(const struct gnp_tensor_info *info, size_t count, const uint32_t *narrow,
@@ -138,17 +147,8 @@ static gnp_status add_report(const struct gnp_collocation *c, struct gnp_domain_
 	return status == GNP_OK ? gnp_equation_report_end(surface, task, report, error) : status;
 }
 
-static unsigned derivatives(uint64_t wanted)
-{
-	unsigned mask = 0;
-	for (int output = 0; output < OUTPUTS; output++)
-		if (wanted >> output & 1 && derivative_of(output) != GNP_DERIVATIVE_COUNT)
-			mask |= GNP_DERIVATIVE_BIT(derivative_of(output));
-	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
-}
-
-static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task,
-                      struct gnp_response *response, struct gnp_error *error)
+static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct gnp_task *task, struct gnp_response *response,
+                      struct gnp_error *error)
 {
 	const struct options *given = gnp_call_options(call);
 	struct options o = *given;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/equations/energy.h"
+#include "core/operators/energy.h"
 #include "proto/operation/operation_equation.h"
 
 struct options {
@@ -63,7 +63,8 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call->points, gnp_call_options(call), gnp_equation_sides(call, "source"));
+	return gnp_equation_memory(call, gnp_call_options(call),
+	                           gnp_equation_sides(call, "source"));
 }
 
 /* Everything a request holds while it runs. */

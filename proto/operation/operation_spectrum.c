@@ -52,12 +52,12 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 	return extent == -2 ? (size_t)o->count : GNP_ROWS_OPEN;
 }
 
-/* The basis of the iteration holds a few vectors for each that is wanted. */
+/* The iteration, beside an operator that is made; eigenvectors once more in the answer. */
 static size_t memory(const struct gnp_call *call)
 {
-	enum { VECTORS = 7, BYTES = 8, SIDE = 40 };
 	const struct options *o = gnp_call_options(call);
-	return gnp_equation_memory(call->points, &o->equation, (size_t)o->count * VECTORS * BYTES / SIDE + 1);
+	size_t answer = gnp_common_memory(call->points, (size_t)o->count * sizeof(double), gnp_equation_memory(call, &o->equation, 1));
+	return gnp_common_memory(1, gnp_spectrum_memory(call->points, (size_t)o->count), answer);
 }
 
 static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)

@@ -1,8 +1,9 @@
-/* Prepared operators that outlive a request: what is costly to make and the same for many right-hand sides.
+/* Keeps prepared operators from one request to the next: what is costly to make and the same for many right-hand
+ * sides.
  *
- * An object is known by a digest of everything it is made of. The cache holds at most so many bytes and lets go of
- * the least recently used; what is in use stays alive until its user is done. Of requests for one object at the same
- * time one makes it, the others wait. Safe from many threads. */
+ * An object is known by a digest of everything it is made of. The cache holds at most so many bytes and lets go of the
+ * least recently used; what is in use stays alive until its user is done. Of requests for one object at the same time
+ * one makes it, the others wait. Safe from many threads. */
 #ifndef GNP_PROTO_PREPARED_CACHE_H
 #define GNP_PROTO_PREPARED_CACHE_H
 

@@ -1,4 +1,5 @@
-/* Where a decoder asks for memory before it takes any, so that what a body can become counts against the limits of whoever decodes it. */
+/* Lets a decoder ask for memory before it takes any, so that what a body can become counts against the limits of
+ * whoever decodes it. */
 #ifndef GNP_PROTO_BUDGET_H
 #define GNP_PROTO_BUDGET_H
 

@@ -1,4 +1,4 @@
-/* Numbers as text, whatever the locale: exact reading and shortest writing of floating point. */
+/* Reads and writes numbers as text, whatever the locale: exactly, and in the shortest form that reads back the same. */
 #ifndef GNP_PROTO_NUMBER_H
 #define GNP_PROTO_NUMBER_H
 

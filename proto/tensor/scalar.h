@@ -1,4 +1,4 @@
-/* One number of any datatype at any address: what the file codecs read and write. */
+/* Reads and writes one number of any datatype at any address, as the file codecs need it. */
 #ifndef GNP_PROTO_SCALAR_H
 #define GNP_PROTO_SCALAR_H
 

@@ -1,4 +1,5 @@
-/* The warnings of an answer on the wire: one parameter of its report, in which they are joined by "; " and out of which they are taken. */
+/* The warnings of an answer on the wire: one parameter of its report, in which they are joined by "; " and out of
+ * which they are taken. */
 #ifndef GNP_PROTO_WARNINGS_H
 #define GNP_PROTO_WARNINGS_H
 

@@ -1,7 +1,9 @@
-/* Who may do what, and how much: the keys in use, and for each name how many requests are under way, its token bucket and counters.
+/* Decides who may do what, and how much: holds the keys in use, and for each name how many requests are under way, its
+ * token bucket and counters.
  *
- * Keys are swapped as a whole: requests finish as who they began as; a name that stays keeps its counts and bucket, under its new
- * limits. A file that is no good changes nothing. All functions may be called from any thread and wait for nobody. */
+ * Keys are swapped as a whole: requests finish as who they began as; a name that stays keeps its counts and bucket,
+ * under its new limits. A file that is no good changes nothing. All functions may be called from any thread and wait
+ * for nobody. */
 #ifndef GNPD_GUARD_H
 #define GNPD_GUARD_H
 

@@ -1,11 +1,11 @@
-/* The keys a file lists, and the key a request brings.
+/* Reads the file of keys, and finds the key that a request brings.
  *
  * A line is a name, the SHA-256 of its keys, and what they allow; '#' begins a comment, empty lines are skipped:
  *
  *   alice  sha256:<64 hex digits>[,sha256:...]  infer,jobs  [concurrency=N] [rate=N/s|/m|/h] [burst=N]
  *
- * Several hashes are for changing a key: the old and the new one name the same caller meanwhile. Keys themselves are never
- * stored: they are random (gnpd --make-key), so that a plain hash does not give them away. */
+ * Several hashes are for changing a key: the old and the new one name the same caller meanwhile. Keys themselves are
+ * never stored: they are random (gnpd --make-key), so that a plain hash does not give them away. */
 #ifndef GNPD_KEYS_H
 #define GNPD_KEYS_H
 

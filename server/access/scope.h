@@ -1,4 +1,4 @@
-/* What a caller must be allowed to do. */
+/* The scopes of keys: what a caller must be allowed to do. */
 #ifndef GNPD_SCOPE_H
 #define GNPD_SCOPE_H
 

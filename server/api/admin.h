@@ -1,4 +1,4 @@
-/* What the admin listener alone answers: loading again, the log's level, the configuration. */
+/* Answers what the admin listener alone has: loading again, the log's level, the configuration. */
 #ifndef GNPD_ADMIN_H
 #define GNPD_ADMIN_H
 

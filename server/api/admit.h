@@ -1,5 +1,5 @@
-/* Whether the caller of a request may have it: who it is, what its key allows, and the limits of the key. Without a file of keys
- * everybody may have everything. */
+/* Decides whether the caller of a request may have it: who it is, what its key allows, and the limits of the key.
+ * Without a file of keys everybody may have everything. */
 #ifndef GNPD_ADMIT_H
 #define GNPD_ADMIT_H
 

@@ -1,5 +1,5 @@
-/* Loads keys, certificate and weights again, on a thread of its own: each is read, checked and swapped, and one that is no good
- * changes nothing. Requests and connections finish with what they began with. */
+/* Loads keys, certificate and weights again, on a thread of its own: each is read, checked and swapped, and one that
+ * is no good changes nothing. Requests and connections finish with what they began with. */
 #ifndef GNPD_RELOADER_H
 #define GNPD_RELOADER_H
 

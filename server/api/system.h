@@ -1,4 +1,4 @@
-/* Health, metrics and the OpenAPI document: answered in the HTTP thread, whatever the workers do. */
+/* Answers health, metrics and the OpenAPI document, in the HTTP thread, whatever the workers do. */
 #ifndef GNPD_SYSTEM_H
 #define GNPD_SYSTEM_H
 

@@ -1,4 +1,4 @@
-/* The Open Inference Protocol: server and model metadata, infer. */
+/* Answers /v2, the Open Inference Protocol: server and model metadata, infer. */
 #ifndef GNPD_V2_H
 #define GNPD_V2_H
 

@@ -1,4 +1,5 @@
-/* Time as the server's records and threads need it. Seconds of a stretch of work are gnp_clock()'s. */
+/* Tells the time of day, and how long threads sleep between two looks. Seconds of a stretch of work are gnp_clock()'s.
+ */
 #ifndef GNPD_CLOCK_H
 #define GNPD_CLOCK_H
 

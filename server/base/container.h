@@ -1,5 +1,4 @@
-/* From a member back to the struct that holds it: for callbacks that are given what is embedded in what they are
- * about. */
+/* Finds the struct that holds a member: for callbacks that are given what is embedded in what they are about. */
 #ifndef GNPD_CONTAINER_H
 #define GNPD_CONTAINER_H
 

@@ -1,4 +1,5 @@
-/* Files that are there whole or not at all, whatever happens to the process or the machine meanwhile. */
+/* Writes and reads files that are there whole or not at all, whatever happens to the process or the machine meanwhile.
+ */
 #ifndef GNPD_DISK_H
 #define GNPD_DISK_H
 

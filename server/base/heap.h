@@ -1,4 +1,4 @@
-/* What the process does with memory that was freed. */
+/* Keeps freed memory while there is work, and gives it back to the system after it. */
 #ifndef GNPD_HEAP_H
 #define GNPD_HEAP_H
 

@@ -1,4 +1,4 @@
-/* Listening sockets that a service manager opened and handed over (systemd's sd_listen_fds protocol). */
+/* Takes over the listening sockets that a service manager opened (systemd's sd_listen_fds protocol). */
 #ifndef GNPD_INHERIT_H
 #define GNPD_INHERIT_H
 

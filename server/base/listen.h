@@ -1,4 +1,4 @@
-/* The listening socket: numeric addresses only, so that no name service decides who can reach the server. */
+/* Opens listening sockets, at numeric addresses only, so that no name service decides who can reach the server. */
 #ifndef GNPD_LISTEN_H
 #define GNPD_LISTEN_H
 

@@ -1,6 +1,6 @@
-/* Log lines on standard error: text or JSON, one write each, so that lines of several threads do not mix. A line is written only
- * where that does not wait: when a pipe is full because nobody reads it, lines are dropped, and the next that fits is
- * preceded by one that says how many. */
+/* Writes log lines to standard error: text or JSON, one write each, so that lines of several threads do not mix. A
+ * line is written only where that does not wait: when a pipe is full because nobody reads it, lines are dropped, and
+ * the next that fits is preceded by one that says how many. */
 #ifndef GNPD_LOG_H
 #define GNPD_LOG_H
 

@@ -1,4 +1,5 @@
-/* Counters of the process in Prometheus text form. All label sets are fixed: no client can add a time series.
+/* Counts what the process does, and writes the counters in Prometheus text form. All label sets are fixed: no client
+ * can add a time series.
  *
  * Counters are atomic; any thread adds, any thread writes them out. */
 #ifndef GNPD_METRICS_H

@@ -1,8 +1,9 @@
-/* Tells a service manager how the daemon is: datagrams to the socket it names in NOTIFY_SOCKET (systemd's sd_notify protocol).
+/* Tells a service manager how the daemon is: datagrams to the socket it names in NOTIFY_SOCKET (systemd's sd_notify
+ * protocol).
  *
- * These are a few lines of our own because libsystemd would bring its compression and cryptography libraries into a process that
- * listens. All functions allow NULL, the object of a daemon that nobody supervises, and may be called from any thread; what cannot be
- * sent is lost. */
+ * These are a few lines of our own because libsystemd would bring its compression and cryptography libraries into a
+ * process that listens. All functions allow NULL, the object of a daemon that nobody supervises, and may be called
+ * from any thread; what cannot be sent is lost. */
 #ifndef GNPD_NOTIFY_H
 #define GNPD_NOTIFY_H
 

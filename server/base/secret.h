@@ -1,4 +1,4 @@
-/* Files that hold secrets. */
+/* Reads files that hold secrets, and refuses those that others may read. */
 #ifndef GNPD_SECRET_H
 #define GNPD_SECRET_H
 

@@ -1,7 +1,8 @@
-/* The certificate in use and its private key, by GnuTLS: loaded, checked against each other, swapped while connections live.
+/* The certificate in use and its private key, by GnuTLS: loaded, checked against each other, swapped while connections
+ * live.
  *
- * A connection keeps the pair it began with. http.c hands the pair to the library's handshake and is the only other file that knows
- * GnuTLS's header. */
+ * A connection keeps the pair it began with. http.c hands the pair to the library's handshake and is the only other
+ * file that knows GnuTLS's header. */
 #ifndef GNPD_TLS_H
 #define GNPD_TLS_H
 

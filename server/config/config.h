@@ -1,7 +1,8 @@
-/* Configuration: a struct with defaults that a file, the environment and flags edit, in this order of rising precedence.
+/* Reads the configuration: a struct with defaults that a file, the environment and flags edit, in this order of rising
+ * precedence.
  *
- * One table (config_keys.c) drives the flags (--queue-count 64), the environment (GNPD_QUEUE_COUNT=64), the keys of the file
- * (queue-count = 64), --help, --print-config and the range checks. An unknown key is an error. */
+ * One table (config_keys.c) drives the flags (--queue-count 64), the environment (GNPD_QUEUE_COUNT=64), the keys of
+ * the file (queue-count = 64), --help, --print-config and the range checks. An unknown key is an error. */
 #ifndef GNPD_CONFIG_H
 #define GNPD_CONFIG_H
 

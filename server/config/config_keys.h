@@ -1,5 +1,5 @@
-/* The table of keys: what each is called, of what kind, its default, range and help. What is asked of all keys alike (set, print, list,
- * help; config.h) is answered from it. */
+/* The table of keys: what each is called, of what kind, its default, range and help. What is asked of all keys alike
+ * (set, print, list, help; config.h) is answered from it. */
 #ifndef GNPD_CONFIG_KEYS_H
 #define GNPD_CONFIG_KEYS_H
 

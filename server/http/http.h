@@ -1,8 +1,8 @@
-/* HTTP over libmicrohttpd: listeners, connections, bodies, replies.
+/* Serves HTTP by libmicrohttpd: listeners, connections, bodies, replies.
  *
- * Its threads (http_loop) read sockets and never block: small answers are made in its callbacks, everything else by
- * a runner, the disk queue or a job's end while the connection is suspended. One completion callback logs, counts
- * and frees each request. */
+ * Its threads (http_loop) read sockets and never block: small answers are made in its callbacks, everything else by a
+ * runner, the disk queue or a job's end while the connection is suspended. One completion callback logs, counts and
+ * frees each request. */
 #ifndef GNPD_HTTP_H
 #define GNPD_HTTP_H
 

@@ -1,4 +1,4 @@
-/* What is done with the body of a request as it comes: it is kept within the limits, or dropped; and answers in its middle. */
+/* Takes the body of a request as it comes: keeps it within the limits, or drops it, and answers in its middle. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>

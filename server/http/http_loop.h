@@ -1,8 +1,9 @@
 /* A thread that serves sockets: a daemon of libmicrohttpd's that has no thread of its own.
  *
- * The library's threads take events from the kernel 128 at a time and, when there were as many, wait for more before they look at them.
- * Where exactly 128 connections are ready at once and nothing else happens, all of them wait: until a deadline cuts one, 10 seconds in the
- * tests (MHD_epoll of 0.9.75). Here the waiting is done outside the library, which is only ever asked for what is there. */
+ * The library's threads take events from the kernel 128 at a time and, when there were as many, wait for more before
+ * they look at them. Where exactly 128 connections are ready at once and nothing else happens, all of them wait: until
+ * a deadline cuts one, 10 seconds in the tests (MHD_epoll of 0.9.75). Here the waiting is done outside the library,
+ * which is only ever asked for what is there. */
 #ifndef GNPD_HTTP_LOOP_H
 #define GNPD_HTTP_LOOP_H
 

@@ -1,4 +1,4 @@
-/* How a reply goes out, and the one place that logs, counts and frees a request. */
+/* Sends the reply of a request, and is the one place that logs, counts and frees a request. */
 #include "server/http/http_steps.h"
 
 #include <stdlib.h>

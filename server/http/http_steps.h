@@ -1,5 +1,5 @@
-/* The steps of a request between the HTTP library's callbacks (http.c), in their order. Of the library's threads unless said otherwise;
- * only http*.c include this. */
+/* The steps of a request between the HTTP library's callbacks (http.c), in their order. Of the library's threads
+ * unless said otherwise; only http*.c include this. */
 #ifndef GNPD_HTTP_STEPS_H
 #define GNPD_HTTP_STEPS_H
 

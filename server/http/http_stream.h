@@ -1,4 +1,5 @@
-/* Replies written bit by bit, as events of a job come. For http.c alone, whose rights with the HTTP library it shares. */
+/* Writes replies bit by bit, as events of a job come. For http.c alone, whose rights with the HTTP library it shares.
+ */
 #ifndef GNPD_HTTP_STREAM_H
 #define GNPD_HTTP_STREAM_H
 

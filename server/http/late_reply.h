@@ -1,4 +1,4 @@
-/* An answer as it goes over the wire where the HTTP library takes none: in the middle of headers or of a body,
+/* Writes an answer as it goes over the wire where the HTTP library takes none: in the middle of headers or of a body,
  * before the connection ends. */
 #ifndef GNPD_LATE_REPLY_H
 #define GNPD_LATE_REPLY_H

@@ -1,8 +1,8 @@
 /* The listeners: the one of requests and, where configured or handed over, the admin listener.
  *
- * A socket is opened at the configuration's address or taken from the service manager. Beyond loopback it needs keys or --insecure. The
- * listener of requests speaks TLS where there is a certificate; the admin listener does so beyond loopback only, so that what watches
- * the machine from the machine needs neither a certificate nor a name for it. */
+ * A socket is opened at the configuration's address or taken from the service manager. Beyond loopback it needs keys
+ * or --insecure. The listener of requests speaks TLS where there is a certificate; the admin listener does so beyond
+ * loopback only, so that what watches the machine from the machine needs neither a certificate nor a name for it. */
 #ifndef GNPD_LISTENERS_H
 #define GNPD_LISTENERS_H
 

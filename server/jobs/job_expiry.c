@@ -1,4 +1,4 @@
-/* What time does to jobs: those that run too long are stopped, those that are over are let go. */
+/* Stops jobs that run too long, and lets go of those that have been over for long enough. */
 #include <string.h>
 
 #include "server/base/clock.h"

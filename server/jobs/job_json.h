@@ -1,4 +1,4 @@
-/* A job as its clients see it. */
+/* Writes a job as JSON, as its clients see it. */
 #ifndef GNPD_JOB_JSON_H
 #define GNPD_JOB_JSON_H
 

@@ -1,4 +1,4 @@
-/* The jobs in Prometheus text form. */
+/* Writes the metrics of jobs in Prometheus text form. */
 #include "proto/tensor/writer.h"
 #include "server/config/config.h"
 #include "server/jobs/job.h"

@@ -1,4 +1,4 @@
-/* How far a job is, as a share of the whole of it. */
+/* Tells how far a job is, as a share of the whole of it. */
 #ifndef GNPD_JOB_PROGRESS_H
 #define GNPD_JOB_PROGRESS_H
 

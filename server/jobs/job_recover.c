@@ -1,4 +1,5 @@
-/* Jobs an earlier process left: those that waited or ran are to run again, in the order they came, the rest is kept. */
+/* Takes up the jobs that an earlier process left: those that waited or ran are to run again, in the order they came,
+ * the rest is kept. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>

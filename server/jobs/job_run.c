@@ -1,4 +1,4 @@
-/* A job on its runner: from its files to its answer in a file. */
+/* Runs a job on its runner: from its files to its answer in a file. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,6 +1,6 @@
-/* The folder jobs are kept in. Of each job: ID.job, its record; ID.body, what was sent, until it is over; ID.checkpoint, what a run
- * left to go on from; ID.result, the body of its answer. `lock` keeps a second daemon out. What cannot be read is set aside as
- * NAME.damaged and left to a person. */
+/* The folder jobs are kept in. Of each job: ID.job, its record; ID.body, what was sent, until it is over;
+ * ID.checkpoint, what a run left to go on from; ID.result, the body of its answer. `lock` keeps a second daemon out.
+ * What cannot be read is set aside as NAME.damaged and left to a person. */
 #ifndef GNPD_JOB_STORE_H
 #define GNPD_JOB_STORE_H
 

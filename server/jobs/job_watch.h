@@ -1,5 +1,5 @@
-/* Requests that wait for a job to change: long polls, which are answered once, and streams of events. They wait suspended, in the hands
- * of one thread, and occupy neither a runner nor a thread of the HTTP library. */
+/* Requests that wait for a job to change: long polls, which are answered once, and streams of events. They wait
+ * suspended, in the hands of one thread, and occupy neither a runner nor a thread of the HTTP library. */
 #ifndef GNPD_JOB_WATCH_H
 #define GNPD_JOB_WATCH_H
 

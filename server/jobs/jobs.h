@@ -1,5 +1,5 @@
-/* The jobs: work that outlives the request that asked for it. A job that was acknowledged is on disk, and is run until its end is on
- * disk too, by this process or, when the store is a folder of its own (jobs-dir), by a later one. */
+/* The jobs: work that outlives the request that asked for it. A job that was acknowledged is on disk, and is run until
+ * its end is on disk too, by this process or, when the store is a folder of its own (jobs-dir), by a later one. */
 #ifndef GNPD_JOBS_H
 #define GNPD_JOBS_H
 

@@ -1,4 +1,4 @@
-/* Lengths of time as clients write them: 30, 30s, 0.5s, 500ms, 250us, 2m, 1h. */
+/* Reads lengths of time as clients write them: 30, 30s, 0.5s, 500ms, 250us, 2m, 1h. */
 #ifndef GNPD_DURATION_H
 #define GNPD_DURATION_H
 

@@ -1,5 +1,5 @@
-/* Header checks against request smuggling (CWE-444): the HTTP library takes the first of duplicates and tolerates what
- * a proxy in front may read otherwise, so ambiguous framing is refused here before anything else is looked at. */
+/* Checks headers against request smuggling (CWE-444): the HTTP library takes the first of duplicates and tolerates
+ * what a proxy in front may read otherwise, so ambiguous framing is refused here before anything else is looked at. */
 #ifndef GNPD_FRAMING_H
 #define GNPD_FRAMING_H
 

@@ -1,4 +1,4 @@
-/* Ranges of bytes (RFC 9110, 14): single ones. */
+/* Reads a range of bytes as a client asks for it (RFC 9110, 14): single ranges only. */
 #ifndef GNPD_RANGE_H
 #define GNPD_RANGE_H
 

@@ -1,9 +1,10 @@
-/* Where a request says it goes and which page of a browser sends it, so that no page of another site uses this server through its
- * visitors' browsers.
+/* Tells where a request says it goes and which page of a browser sends it, so that no page of another site uses this
+ * server through its visitors' browsers.
  *
- * A page may send a form's request to any address, and its browser says so in Origin and Sec-Fetch-Site, which no page can write. A page
- * whose owner lets its name resolve to this machine (DNS rebinding) is this server's own for the browser: there only the name in Host
- * tells. Programs that are no browsers send neither Origin nor Sec-Fetch-Site, and HTTP/1.0 need not have a Host. */
+ * A page may send a form's request to any address, and its browser says so in Origin and Sec-Fetch-Site, which no page
+ * can write. A page whose owner lets its name resolve to this machine (DNS rebinding) is this server's own for the
+ * browser: there only the name in Host tells. Programs that are no browsers send neither Origin nor Sec-Fetch-Site,
+ * and HTTP/1.0 need not have a Host. */
 #ifndef GNPD_SITE_H
 #define GNPD_SITE_H
 

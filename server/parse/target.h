@@ -1,7 +1,7 @@
-/* The request target: path segments and query parameters. No path ever reaches the file system.
+/* Splits the request target into path segments and query parameters. No path ever reaches the file system.
  *
- * A path has one spelling: what stands in it needs no percent escapes, and whoever guards some paths in front of this server (a proxy's
- * rules) must not have to know of others. In a query escapes are decoded. */
+ * A path has one spelling: what stands in it needs no percent escapes, and whoever guards some paths in front of this
+ * server (a proxy's rules) must not have to know of others. In a query escapes are decoded. */
 #ifndef GNPD_TARGET_H
 #define GNPD_TARGET_H
 

@@ -6,7 +6,7 @@
 #define GNPD_LOADER_H
 
 #include "core/base/status.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 
 struct gnpd_engine;
 struct gnpd_loader;

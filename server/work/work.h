@@ -8,7 +8,7 @@
 
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "proto/file/accept.h"
 #include "proto/file/file.h"
 #include "proto/operation/call.h"

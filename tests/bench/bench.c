@@ -15,7 +15,7 @@
 #include "core/flow/flow.h"
 #include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/shapes/shapes.h"
 
 enum { RUNS_MAX = 9 };

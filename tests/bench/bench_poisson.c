@@ -6,7 +6,7 @@
 #include "core/equations/poisson.h"
 #include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "tests/oracles/manufactured.h"
 
 struct wanted {

@@ -3,8 +3,8 @@
 #define GNP_TESTS_CLOUD_REQUEST_H
 
 #include "proto/operation/call.h"
-#include "tests/unit/test.h"
 #include "proto/operation/operations.h"
+#include "tests/unit/test.h"
 
 static inline void set_value(struct gnp_tensor *tensor, size_t i, double value)
 {

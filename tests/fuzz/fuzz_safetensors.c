@@ -1,21 +1,21 @@
 /* Files of weights: read, written and read again, and made a model of. */
-#include "core/network/model.h"
-#include "core/network/safetensors.h"
-#include "core/network/safetensors_write.h"
+#include "core/model/model.h"
+#include "core/model/safetensors.h"
+#include "core/model/safetensors_write.h"
 #include "tests/fuzz/fuzz.h"
 
 enum { TENSORS = 64, KEYS = 64 };
 
-static void write_again(const struct gnp_safetensors *weights)
+static void write_again(const struct gnp_safetensors *file)
 {
 	struct gnp_safetensors_tensor tensors[TENSORS];
 	struct gnp_safetensors_metadata metadata[KEYS];
 	struct gnp_safetensors_source source = {.metadata = metadata, .tensors = tensors};
 	const struct gnp_safetensors_tensor *tensor;
 	const struct gnp_safetensors_metadata *key;
-	while (source.tensor_count < TENSORS && (tensor = gnp_safetensors_tensor_at(weights, source.tensor_count)) != NULL)
+	while (source.tensor_count < TENSORS && (tensor = gnp_safetensors_tensor_at(file, source.tensor_count)) != NULL)
 		tensors[source.tensor_count++] = *tensor;
-	while (source.metadata_count < KEYS && (key = gnp_safetensors_metadata_at(weights, source.metadata_count)) != NULL)
+	while (source.metadata_count < KEYS && (key = gnp_safetensors_metadata_at(file, source.metadata_count)) != NULL)
 		metadata[source.metadata_count++] = *key;
 	void *bytes;
 	size_t size;
@@ -37,18 +37,18 @@ static void write_again(const struct gnp_safetensors *weights)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-	struct gnp_safetensors *weights = NULL;
+	struct gnp_safetensors *file = NULL;
 	struct gnp_model *model = NULL;
 	struct gnp_error error = {0};
-	unsigned char *file = fuzz_copy(data, size);
-	gnp_status status = gnp_safetensors_decode("fuzz.safetensors", file, size, &weights, &error);
+	unsigned char *image = fuzz_copy(data, size);
+	gnp_status status = gnp_safetensors_decode("fuzz.safetensors", image, size, &file, &error);
 	FUZZ_REQUIRE(status == GNP_OK || error.text[0]);
 	if (status == GNP_OK) {
-		write_again(weights);
-		status = gnp_model_create_take(weights, &model, &error);
+		write_again(file);
+		status = gnp_model_create_take(file, &model, &error);
 		FUZZ_REQUIRE(status == GNP_OK ? model->parameter_count > 0 : error.text[0] != '\0');
 		gnp_model_free(model);
 	}
-	free(file);
+	free(image);
 	return 0;
 }

@@ -5,7 +5,7 @@
 #include "core/flow/flow.h"
 #include "core/linear/blas_environment.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/shapes/shapes.h"
 #include "tests/laws/flow_laws.h"
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/cloud/index.h"
+#include "core/search/index.h"
 
 struct plain_entry {
 	double square;

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Files of weights by another hand, in numpy. `write FILE` made tests/oracles/data/numpy.safetensors (its header ends at an odd byte and
-its tensors are named out of order); `check FILE` reads what tests/unit/core/network/test_safetensors.c wrote, and fails unless it holds the same."""
+its tensors are named out of order); `check FILE` reads what tests/unit/core/model/test_safetensors.c wrote, and fails unless it holds the same."""
 import json
 import sys
 

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 #include "core/base/pool.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "tests/property/judge.h"
 #include "tests/property/spec.h"
 

@@ -1,4 +1,4 @@
-/* How far estimates are from the truth: the columns of the paper's Table 1. */
+/* Measures how far estimates are from the truth: the columns of the paper's Table 1. */
 #ifndef GNP_WEIGHTS_SCORE_H
 #define GNP_WEIGHTS_SCORE_H
 

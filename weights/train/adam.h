@@ -1,5 +1,5 @@
-/* Adam (Kingma & Ba 2015) with clipping by the global norm, and the rate's warm-up and cosine. Deterministic: sums run in a
- * fixed order. */
+/* The optimiser: Adam (Kingma & Ba 2015) with clipping by the global norm, and the rate's warm-up and cosine.
+ * Deterministic: sums run in a fixed order. */
 #ifndef GNP_WEIGHTS_ADAM_H
 #define GNP_WEIGHTS_ADAM_H
 

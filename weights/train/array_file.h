@@ -1,5 +1,6 @@
-/* Files of arrays as they lie in memory, for this machine alone: one line of text, "TITLE sha256 DIGEST\n", and the arrays one
- * after the other; the digest is theirs. The title says what they are, so a file of something else is never taken for them. */
+/* Reads and writes files of arrays as they lie in memory, for this machine alone: one line of text, "TITLE sha256
+ * DIGEST\n", and the arrays one after the other; the digest is theirs. The title says what they are, so a file of
+ * something else is never taken for them. */
 #ifndef GNP_WEIGHTS_ARRAY_FILE_H
 #define GNP_WEIGHTS_ARRAY_FILE_H
 

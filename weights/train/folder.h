@@ -1,4 +1,4 @@
-/* Makes a folder and those above it that are not there. GNP_IO naming the one that cannot be made. */
+/* Makes a folder and those above it that are not there. GNP_IO names the one that cannot be made. */
 #ifndef GNP_WEIGHTS_FOLDER_H
 #define GNP_WEIGHTS_FOLDER_H
 

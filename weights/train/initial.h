@@ -1,4 +1,4 @@
-/* Parameters of an operator before training. */
+/* Draws the parameters of a network before training. */
 #ifndef GNP_WEIGHTS_INITIAL_H
 #define GNP_WEIGHTS_INITIAL_H
 

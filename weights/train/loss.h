@@ -1,4 +1,5 @@
-/* What training minimises: how far the geometry of a fitted patch is from the truth (the paper's eqs. loss and relative_loss).
+/* The loss, which training minimises: how far the geometry of a fitted patch is from the truth (the paper's eqs. loss
+ * and relative_loss).
  *
  * With h a fit's height, its slopes and Hessian at the points' true places, and weights w that sum to 1, the terms are
  *   height, inverse metric, second form, Gaussian, mean:  sqrt(sum w |f - f*|^2) / (sqrt(sum w |f*|^2 + (floor t)^2) + tiny),

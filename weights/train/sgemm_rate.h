@@ -1,4 +1,5 @@
-/* The yardstick of everything made of matrix products: how fast this machine does them right now. */
+/* Measures how fast this machine multiplies matrices right now: the yardstick of everything that is made of such
+ * products. */
 #ifndef GNP_WEIGHTS_SGEMM_RATE_H
 #define GNP_WEIGHTS_SGEMM_RATE_H
 

@@ -20,7 +20,7 @@ struct share {
 
 struct gnp_train {
 	struct gnp_train_options options;
-	const struct gnp_train_network *network;
+	const struct gnp_trainable *network;
 	struct gnp_pool *pool;
 	struct gnp_train_window *window;
 	struct gnp_train_state state;
@@ -140,7 +140,7 @@ static gnp_status draw_patches(struct gnp_train *train, size_t micro, struct gnp
 
 static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct gnp_train_network *network = train->network;
+	const struct gnp_trainable *network = train->network;
 	struct share *share = &train->shares[micro];
 	struct gnp_train_patches patches;
 	float *gradient = train->gradients + micro * network->parameter_count;
@@ -271,7 +271,7 @@ static void describe(const struct gnp_train *train, char *text, size_t size)
 /* What follows from data is set from patches of the first clouds. */
 static gnp_status calibrate_by(struct gnp_train *train, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct gnp_train_network *network = train->network;
+	const struct gnp_trainable *network = train->network;
 	size_t count = train->options.window;
 	struct gnp_random random;
 	struct gnp_train_patches *sets = gnp_scratch_take(scratch, count, sizeof *sets);
@@ -319,7 +319,7 @@ static gnp_status start(struct gnp_train *train, const char *resume, struct gnp_
 	return status;
 }
 
-gnp_status gnp_train_open(const struct gnp_train_options *options, const struct gnp_train_network *network, const char *resume,
+gnp_status gnp_train_open(const struct gnp_train_options *options, const struct gnp_trainable *network, const char *resume,
                           struct gnp_pool *pool, struct gnp_train **out, struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);

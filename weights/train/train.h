@@ -8,8 +8,8 @@
 
 #include "weights/train/loss.h"
 #include "weights/train/train_checkpoint.h"
-#include "weights/train/train_network.h"
 #include "weights/train/train_window.h"
+#include "weights/train/trainable.h"
 
 struct gnp_train_options {
 	struct gnp_train_data data; /* its seed is that of everything */
@@ -42,7 +42,7 @@ struct gnp_train;
 
 /* Starts at step 0, or where `resume`, a checkpoint's file, stands (NULL: none). What is borrowed (network, pool, names) stays
  * until gnp_train_close. */
-gnp_status gnp_train_open(const struct gnp_train_options *options, const struct gnp_train_network *network, const char *resume,
+gnp_status gnp_train_open(const struct gnp_train_options *options, const struct gnp_trainable *network, const char *resume,
                           struct gnp_pool *pool, struct gnp_train **out, struct gnp_error *error);
 void gnp_train_close(struct gnp_train *train);
 

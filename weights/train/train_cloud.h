@@ -1,7 +1,8 @@
 /* Clouds in training: a shape displaced as its regime does, ready for patches.
  *
- * Training walks through visits 0, 1, 2, ...: an epoch is a shuffle of the shapes, and every visit draws its noise anew. Which
- * shape and which noise a visit has follows from the seed and its number alone, so a position in training is a number. */
+ * Training walks through visits 0, 1, 2, ...: an epoch is a shuffle of the shapes, and every visit draws its noise
+ * anew. Which shape and which noise a visit has follows from the seed and its number alone, so a position in training
+ * is a number. */
 #ifndef GNP_WEIGHTS_TRAIN_CLOUD_H
 #define GNP_WEIGHTS_TRAIN_CLOUD_H
 

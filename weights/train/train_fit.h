@@ -1,4 +1,5 @@
-/* From coefficients of fitted surfaces to their jets at given places, and back for gradients. */
+/* Turns coefficients of fitted surfaces into their jets at given places, and gradients of jets into those of
+ * coefficients. */
 #ifndef GNP_WEIGHTS_TRAIN_FIT_H
 #define GNP_WEIGHTS_TRAIN_FIT_H
 

@@ -8,7 +8,7 @@
 
 struct gnp_train_head {
 	struct gnp_basis basis; /* of its surfaces */
-	/* As of train_network.h, with the operator of the parameters taken last; calibrate may be NULL. */
+	/* As of trainable.h, with the operator of the parameters taken last; calibrate may be NULL. */
 	gnp_status (*forward)(const struct gnp_network *network, const struct gnp_train_patches *patches, double *coefficients,
 	                      void **tape, struct gnp_scratch *scratch, struct gnp_error *error);
 	gnp_status (*backward)(const struct gnp_network *network, const struct gnp_train_patches *patches, const void *tape,

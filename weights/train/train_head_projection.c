@@ -1,5 +1,5 @@
-/* The projection head in training. Points that count are those that are no outliers and face as the centre does, as in estimation, where
- * outliers are found first. */
+/* Trains the projection head: its row of the table in train_head.c. Points that count are those that are no outliers
+ * and face as the centre does, as in estimation, where outliers are found first. */
 #include <math.h>
 #include <string.h>
 

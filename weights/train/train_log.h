@@ -1,4 +1,4 @@
-/* The history of a training: a row every so often, as CSV, and a picture of its curves. */
+/* Keeps the history of a training: a row every so often, as CSV, and a picture of its curves. */
 #ifndef GNP_WEIGHTS_TRAIN_LOG_H
 #define GNP_WEIGHTS_TRAIN_LOG_H
 

@@ -1,4 +1,4 @@
-/* The picture of a training's history. */
+/* Draws the picture of a training's history. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

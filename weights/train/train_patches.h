@@ -1,8 +1,8 @@
 /* Patches to train on, with the truth at their points.
  *
- * Built as those of estimation (patch.h) and then turned in their plane by a random angle. The truth at a point is that of the
- * place on the surface it was displaced from: its coordinates and the jet of the surface's height over the patch's plane, from
- * which every quantity follows as it does from a fit's. */
+ * Built as those of estimation (patch.h) and then turned in their plane by a random angle. The truth at a point is
+ * that of the place on the surface it was displaced from: its coordinates and the jet of the surface's height over the
+ * patch's plane, from which every quantity follows as it does from a fit's. */
 #ifndef GNP_WEIGHTS_TRAIN_PATCHES_H
 #define GNP_WEIGHTS_TRAIN_PATCHES_H
 

@@ -10,7 +10,7 @@
 
 struct running {
 	const struct gnp_train_run_options *options;
-	const struct gnp_train_network *network;
+	const struct gnp_trainable *network;
 	struct gnp_pool *pool;
 	FILE *lines;
 	char checkpoint[PATH_MAX], history[PATH_MAX], curve[PATH_MAX];
@@ -194,7 +194,7 @@ static gnp_status open_all(struct running *running, struct gnp_task *task, struc
 	return status;
 }
 
-gnp_status gnp_train_run(const struct gnp_train_run_options *options, const struct gnp_train_network *network,
+gnp_status gnp_train_run(const struct gnp_train_run_options *options, const struct gnp_trainable *network,
                          struct gnp_pool *pool, struct gnp_task *task, FILE *lines, float *parameters, struct gnp_train_row *last,
                          struct gnp_error *error)
 {

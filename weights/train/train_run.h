@@ -6,7 +6,7 @@
 #include <stdio.h>
 
 #include "weights/train/train_log.h"
-#include "weights/train/train_network.h"
+#include "weights/train/trainable.h"
 
 struct gnp_train_run_options {
 	struct gnp_train_options train;
@@ -21,7 +21,7 @@ struct gnp_train_run_options gnp_train_run_defaults(void);
 
 /* parameters (network's count) and the history's last row out. Lines go to `lines` (NULL: nowhere). A cancelled task leaves a
  * checkpoint to go on from. */
-gnp_status gnp_train_run(const struct gnp_train_run_options *options, const struct gnp_train_network *network,
+gnp_status gnp_train_run(const struct gnp_train_run_options *options, const struct gnp_trainable *network,
                          struct gnp_pool *pool, struct gnp_task *task, FILE *lines, float *parameters, struct gnp_train_row *last,
                          struct gnp_error *error);
 

@@ -7,7 +7,7 @@
 #include <sys/stat.h>
 
 #include "core/base/memory.h"
-#include "core/cloud/order.h"
+#include "core/search/order.h"
 #include "core/shapes/shapes.h"
 #include "weights/train/array_file.h"
 #include "weights/train/folder.h"

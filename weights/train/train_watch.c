@@ -18,7 +18,7 @@ struct outcome {
 
 struct gnp_train_watch {
 	struct gnp_train_recipe recipe;
-	const struct gnp_train_network *network;
+	const struct gnp_trainable *network;
 	struct gnp_pool *pool;
 	size_t shapes, centres; /* centres of each shape */
 	struct gnp_train_cloud *clouds; /* (shapes) */
@@ -56,7 +56,7 @@ static gnp_status fill(struct gnp_train_watch *watch, const struct gnp_train_dat
 }
 
 gnp_status gnp_train_watch_open(const struct gnp_train_data *data, const struct gnp_train_recipe *recipe, size_t shapes,
-                                size_t centres, const struct gnp_train_network *network, struct gnp_pool *pool,
+                                size_t centres, const struct gnp_trainable *network, struct gnp_pool *pool,
                                 struct gnp_train_watch **out, struct gnp_error *error)
 {
 	struct gnp_train_watch *watch = calloc(1, sizeof *watch);
@@ -101,7 +101,7 @@ static struct outcome compare(const struct gnp_train_watch *watch, const struct 
 static gnp_status watch_centres(struct gnp_train_watch *watch, size_t shape, size_t first, size_t count,
                                 struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	const struct gnp_train_network *network = watch->network;
+	const struct gnp_trainable *network = watch->network;
 	size_t from = shape * watch->centres + first, size = gnp_basis_size(network->basis);
 	struct gnp_train_patches patches;
 	double turn[PATCHES_A_CHUNK] = {0};

@@ -5,13 +5,13 @@
 #define GNP_WEIGHTS_TRAIN_WATCH_H
 
 #include "weights/protocol/score.h"
-#include "weights/train/train_network.h"
+#include "weights/train/trainable.h"
 
 struct gnp_train_watch;
 
 /* Loads `shapes` clouds of the regime and chooses `centres` points of each, the same every time. Borrows network and pool. */
 gnp_status gnp_train_watch_open(const struct gnp_train_data *data, const struct gnp_train_recipe *recipe, size_t shapes,
-                                size_t centres, const struct gnp_train_network *network, struct gnp_pool *pool,
+                                size_t centres, const struct gnp_trainable *network, struct gnp_pool *pool,
                                 struct gnp_train_watch **out, struct gnp_error *error);
 void gnp_train_watch_close(struct gnp_train_watch *watch);
 

@@ -5,7 +5,7 @@
 #define GNP_WEIGHTS_ABLATION_H
 
 #include "core/base/pool.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 
 /* enumerator, name, what is done. */
 #define GNP_ABLATION_TABLE(X) \

@@ -10,7 +10,7 @@ static void take_means(const struct gnp_table *table, double mean[GNP_FAMILIES][
 	struct gnp_row row;
 	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more;
 	     more = gnp_selection_next(&table->selection, &row, &row))
-		for (int s = 0; s < GNP_SCORES && row.contender == GNP_CONTENDER_GNP; s++)
+		for (int s = 0; s < GNP_SCORES && row.method == GNP_METHOD_GNP; s++)
 			mean[row.family][row.regime][s] = gnp_table_mean(table, &row, (enum gnp_score)s);
 }
 
@@ -19,7 +19,7 @@ static struct gnp_selection rows_of_gnp(const struct gnp_selection *selection)
 {
 	struct gnp_selection own = *selection;
 	for (int r = 0; r < GNP_REGIMES; r++)
-		own.contenders[r] &= 1u << GNP_CONTENDER_GNP;
+		own.methods[r] &= 1u << GNP_METHOD_GNP;
 	return own;
 }
 

@@ -9,7 +9,7 @@
 #include "clients/session.h"
 #include "core/base/names.h"
 #include "weights/validate/ablation_table.h"
-#include "weights/validate/pde_table.h"
+#include "weights/validate/pde_table_write.h"
 #include "weights/validate/real_command.h"
 #include "weights/validate/validation.h"
 
@@ -51,9 +51,9 @@ static const char *regime_name(unsigned i)
 	return info ? info->name : NULL;
 }
 
-static const char *contender_name(unsigned i)
+static const char *method_name(unsigned i)
 {
-	const struct gnp_contender_info *info = gnp_contender_info((enum gnp_contender)i);
+	const struct gnp_method_info *info = gnp_method_info((enum gnp_method)i);
 	return info ? info->name : NULL;
 }
 
@@ -90,11 +90,11 @@ static gnp_status parse_list(const struct gnp_arguments *arguments, const char *
 struct plan {
 	struct gnp_protocol protocol;
 	struct gnp_selection selection;
-	bool named; /* the contenders were: all of them are needed */
+	bool named; /* the methods were: all of them are needed */
 	uint64_t workers;
 };
 
-static const unsigned QUICK_CONTENDERS = 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_GMLS | 1u << GNP_CONTENDER_ADAPTIVE;
+static const unsigned QUICK_METHODS = 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_GMLS | 1u << GNP_METHOD_ADAPTIVE;
 
 static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
@@ -131,15 +131,15 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	bool quick = gnp_arguments_has(arguments, "quick");
 	if (quick && gnp_arguments_has(arguments, "full"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--quick: given with --full, need one of them");
-	unsigned contenders = quick ? QUICK_CONTENDERS : (1u << GNP_CONTENDERS) - 1;
+	unsigned methods = quick ? QUICK_METHODS : (1u << GNP_METHODS) - 1;
 	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(),
 	                      gnp_arguments_has(arguments, "estimators"), 0};
 	gnp_status status = refuse_real(arguments, error);
 	if (status == GNP_OK)
 		status = parse_sizes(arguments, plan, error);
 	if (status == GNP_OK)
-		status = parse_list(arguments, "estimators", contender_name, &contenders, error);
-	gnp_selection_take(&plan->selection, contenders);
+		status = parse_list(arguments, "estimators", method_name, &methods, error);
+	gnp_selection_take(&plan->selection, methods);
 	if (status == GNP_OK)
 		status = parse_list(arguments, "families", family_name, &plan->selection.families, error);
 	if (status == GNP_OK)
@@ -220,8 +220,8 @@ static void restrict_plan(struct plan *plan, const struct gnp_models *models)
 	wanted.families &= ~(wanted.families - 1); /* weights serve all families alike */
 	for (bool more = gnp_selection_next(&wanted, NULL, &row); more; more = gnp_selection_next(&wanted, &row, &row))
 		if (!gnp_selection_has(&plan->selection, &row))
-			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s\"\n", contender_name(row.contender),
-			        regime_name(row.regime), gnp_regime_info(row.regime)->weights, gnp_contender_info(row.contender)->suffix);
+			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s\"\n", method_name(row.method),
+			        regime_name(row.regime), gnp_regime_info(row.regime)->weights, gnp_method_info(row.method)->suffix);
 }
 
 /* The table for a plan, still empty. */

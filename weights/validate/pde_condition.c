@@ -17,7 +17,8 @@ static double norm(const double *x, size_t count)
 	return sqrt(sum);
 }
 
-static gnp_status largest(const struct gnp_csr *matrix, struct gnp_pool *pool, struct gnp_task *task, double *value, struct gnp_error *error)
+static gnp_status largest(const struct gnp_csr *matrix, struct gnp_pool *pool, struct gnp_task *task, double *value,
+                          struct gnp_error *error)
 {
 	size_t n = matrix->rows;
 	double *x = gnp_array_new(n, sizeof *x), *y = gnp_array_new(n, sizeof *y);
@@ -38,8 +39,8 @@ static gnp_status largest(const struct gnp_csr *matrix, struct gnp_pool *pool, s
 	return status;
 }
 
-gnp_status gnp_pde_condition(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, struct gnp_pool *pool,
-                             struct gnp_task *task, double *condition, struct gnp_error *error)
+gnp_status gnp_pde_condition(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                             struct gnp_pool *pool, struct gnp_task *task, double *condition, struct gnp_error *error)
 {
 	struct gnp_laplacian_options laplacian = options->laplacian;
 	struct gnp_collocation made;

@@ -5,16 +5,11 @@
 #include <stdio.h>
 
 #include "core/base/pool.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "weights/protocol/protocol.h"
+#include "weights/validate/pde_problem.h"
 
-enum { GNP_PDE_SHAPES = 4, GNP_PDE_ESTIMATORS = 3, GNP_PDE_SYSTEMS = 2, GNP_PDE_SIZES = 6 };
-
-/* What one operator did for all solutions. */
-struct gnp_pde_cell {
-	double error;   /* relative L2 of u without its mean, averaged over the solutions; NAN: not run */
-	double prepare, solve; /* seconds: of the operator, of a right-hand side */
-};
+enum { GNP_PDE_SIZES = 6 };
 
 struct gnp_pde_table {
 	size_t points, solutions;
@@ -36,15 +31,11 @@ struct gnp_pde_plan {
 struct gnp_pde_plan gnp_pde_plan_full(void);
 struct gnp_pde_plan gnp_pde_plan_quick(void);
 
-/* Fills the table. models: the folder's, with those of every regime for the estimator gnp. Lines of progress to `log` (NULL: none). */
-gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
-                             FILE *log, struct gnp_pde_table *out, struct gnp_error *error);
+/* Fills the table. models: the folder's, with those of every regime for the estimator gnp. Lines of progress to `log`
+ * (NULL: none). */
+gnp_status gnp_pde_table_run(const struct gnp_pde_plan *plan, const struct gnp_models *models, struct gnp_pool *pool,
+                             struct gnp_task *task, FILE *log, struct gnp_pde_table *out, struct gnp_error *error);
 
 /* The error the paper prints; NAN where it prints none. estimator 0 gnp, 1 gmls. */
 double gnp_pde_printed(unsigned shape, enum gnp_regime regime, unsigned estimator);
-const char *gnp_pde_shape(unsigned shape);
-
-void gnp_pde_table_write_text(const struct gnp_pde_table *table, FILE *out);
-void gnp_pde_table_write_markdown(const struct gnp_pde_table *table, FILE *out);
-
 #endif

@@ -94,7 +94,8 @@ static void evaluate(const struct work *work, size_t point)
 	memcpy(work->source + point * work->solutions, f, work->solutions * sizeof *f);
 }
 
-static gnp_status evaluate_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status evaluate_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                 struct gnp_error *error)
 {
 	(void)scratch, (void)error;
 	for (size_t i = begin; i < end; i++)
@@ -102,8 +103,8 @@ static gnp_status evaluate_chunk(void *context, size_t begin, size_t end, struct
 	return GNP_OK;
 }
 
-gnp_status gnp_pde_truth(const struct gnp_sample *sample, uint64_t seed, size_t count, struct gnp_pool *pool, struct gnp_task *task,
-                         double *value, double *source, struct gnp_error *error)
+gnp_status gnp_pde_truth(const struct gnp_sample *sample, uint64_t seed, size_t count, struct gnp_pool *pool,
+                         struct gnp_task *task, double *value, double *source, struct gnp_error *error)
 {
 	enum { POINTS_A_CHUNK = 256 };
 	if (count < 1 || count > WIDE)

@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/cloud/neighbors.h"
 #include "core/estimate/estimate.h"
 #include "core/linear/pca.h"
+#include "core/search/neighbors.h"
 
 static const unsigned neighbors_of_pca[GNP_REAL_VARIANTS] = {10, 18, 30, 50, 112};
 

@@ -4,7 +4,7 @@
 #define GNP_WEIGHTS_REAL_METHOD_H
 
 #include "core/base/pool.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "weights/validate/ablation.h"
 #include "weights/validate/real_cloud.h"
 #include "weights/validate/real_peer.h"

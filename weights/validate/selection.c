@@ -3,32 +3,32 @@
 struct gnp_selection gnp_selection_all(void)
 {
 	struct gnp_selection selection = {.families = (1u << GNP_FAMILIES) - 1, .regimes = (1u << GNP_REGIMES) - 1};
-	gnp_selection_take(&selection, (1u << GNP_CONTENDERS) - 1);
+	gnp_selection_take(&selection, (1u << GNP_METHODS) - 1);
 	return selection;
 }
 
-void gnp_selection_take(struct gnp_selection *selection, unsigned contenders)
+void gnp_selection_take(struct gnp_selection *selection, unsigned methods)
 {
 	for (int r = 0; r < GNP_REGIMES; r++)
-		selection->contenders[r] = contenders;
+		selection->methods[r] = methods;
 }
 
 size_t gnp_row_number(const struct gnp_row *row)
 {
-	return ((size_t)row->family * GNP_REGIMES + row->regime) * GNP_CONTENDERS + row->contender;
+	return ((size_t)row->family * GNP_REGIMES + row->regime) * GNP_METHODS + row->method;
 }
 
 static struct gnp_row row_at(size_t number)
 {
-	return (struct gnp_row){(enum gnp_family)(number / GNP_CONTENDERS / GNP_REGIMES),
-	                        (enum gnp_regime)(number / GNP_CONTENDERS % GNP_REGIMES),
-	                        (enum gnp_contender)(number % GNP_CONTENDERS)};
+	return (struct gnp_row){(enum gnp_family)(number / GNP_METHODS / GNP_REGIMES),
+	                        (enum gnp_regime)(number / GNP_METHODS % GNP_REGIMES),
+	                        (enum gnp_method)(number % GNP_METHODS)};
 }
 
 bool gnp_selection_has(const struct gnp_selection *selection, const struct gnp_row *row)
 {
 	return selection->families >> row->family & selection->regimes >> row->regime &
-	       selection->contenders[row->regime] >> row->contender & 1;
+	       selection->methods[row->regime] >> row->method & 1;
 }
 
 bool gnp_selection_next(const struct gnp_selection *selection, const struct gnp_row *row, struct gnp_row *next)
@@ -59,7 +59,7 @@ gnp_status gnp_selection_check(const struct gnp_selection *selection, const stru
 	gnp_status status = GNP_OK;
 	for (bool more = gnp_selection_next(selection, NULL, &row); more && status == GNP_OK;
 	     more = gnp_selection_next(selection, &row, &row))
-		status = gnp_contender_model(row.contender, row.regime, models, &model, error);
+		status = gnp_method_model(row.method, row.regime, models, &model, error);
 	return status;
 }
 
@@ -67,7 +67,7 @@ void gnp_selection_restrict(struct gnp_selection *selection, const struct gnp_mo
 {
 	const struct gnp_model *model;
 	for (int r = 0; r < GNP_REGIMES; r++)
-		for (int c = 0; c < GNP_CONTENDERS; c++)
-			if (gnp_contender_model((enum gnp_contender)c, (enum gnp_regime)r, models, &model, NULL) != GNP_OK)
-				selection->contenders[r] &= ~(1u << c);
+		for (int c = 0; c < GNP_METHODS; c++)
+			if (gnp_method_model((enum gnp_method)c, (enum gnp_regime)r, models, &model, NULL) != GNP_OK)
+				selection->methods[r] &= ~(1u << c);
 }

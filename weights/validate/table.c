@@ -43,7 +43,7 @@ struct gnp_table_shape *gnp_table_shape(const struct gnp_table *table, enum gnp_
 const struct gnp_model *gnp_table_model(const struct gnp_table *table, const struct gnp_row *row)
 {
 	const struct gnp_model *model;
-	gnp_contender_model(row->contender, row->regime, table->models, &model, NULL); /* there, as create saw to */
+	gnp_method_model(row->method, row->regime, table->models, &model, NULL); /* there, as create saw to */
 	return model;
 }
 
@@ -96,9 +96,9 @@ bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *r
 	struct gnp_row at;
 	for (bool more = gnp_selection_next(&table->selection, row, &at); more; more = gnp_selection_next(&table->selection, &at, &at)) {
 		const struct gnp_regime_info *info = gnp_regime_info(at.regime);
-		const struct gnp_row beside = {at.family, at.regime, GNP_CONTENDER_ADAPTIVE};
+		const struct gnp_row beside = {at.family, at.regime, GNP_METHOD_ADAPTIVE};
 		bool clean = info->noise == 0 && info->outlier_fraction == 0;
-		if (at.contender == GNP_CONTENDER_GNP && !clean && gnp_selection_has(&table->selection, &beside)) {
+		if (at.method == GNP_METHOD_GNP && !clean && gnp_selection_has(&table->selection, &beside)) {
 			*next = at;
 			return true;
 		}
@@ -106,7 +106,7 @@ bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *r
 	return false;
 }
 
-double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_contender other, enum gnp_score score)
+double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_method other, enum gnp_score score)
 {
 	const struct gnp_row beside = {row->family, row->regime, other};
 	return gnp_table_mean(table, row, score) / gnp_table_mean(table, &beside, score);
@@ -125,13 +125,13 @@ bool gnp_table_beats(const struct gnp_table *table, const struct gnp_row *row, e
 	return gnp_published_target(row->family, row->regime, score, &target) && gnp_table_mean(table, row, score) < target;
 }
 
-struct gnp_verdict gnp_table_verdict(const struct gnp_table *table, enum gnp_contender contender)
+struct gnp_verdict gnp_table_verdict(const struct gnp_table *table, enum gnp_method method)
 {
 	struct gnp_verdict verdict = {0};
 	struct gnp_row row;
 	double target;
 	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more; more = gnp_selection_next(&table->selection, &row, &row))
-		for (int s = 0; s < GNP_SCORES && row.contender == contender; s++) {
+		for (int s = 0; s < GNP_SCORES && row.method == method; s++) {
 			enum gnp_score score = (enum gnp_score)s;
 			verdict.cells++;
 			verdict.below_gnp += gnp_table_beats_one(table, &row, GNP_PUBLISHED_GNP, score);

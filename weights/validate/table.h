@@ -17,8 +17,8 @@ struct gnp_table {
 		unsigned degree;
 		double sharpness;
 	} *shapes;       /* (families, shapes) */
-	double *errors;  /* (families, regimes, contenders, shapes, GNP_SCORES) */
-	double seconds[GNP_FAMILIES][GNP_REGIMES][GNP_CONTENDERS]; /* wall time of all shapes, neighbour search included */
+	double *errors;  /* (families, regimes, methods, shapes, GNP_SCORES) */
+	double seconds[GNP_FAMILIES][GNP_REGIMES][GNP_METHODS]; /* wall time of all shapes, neighbour search included */
 };
 
 /* A table of zeros, to be filled. models may be NULL; GNP_INVALID_ARGUMENT when they lack what the selection needs. On failure
@@ -41,8 +41,8 @@ double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row
 
 /* The rows of gnp that are compared with adaptive, as gnp_selection_next: where both are judged and clouds are noisy or have outliers. */
 bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *row, struct gnp_row *next);
-/* The mean of a row over that of another contender in its place. */
-double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_contender other, enum gnp_score score);
+/* The mean of a row over that of another method in its place. */
+double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_method other, enum gnp_score score);
 
 /* Whether the row's mean is below the printed error; false also where that binds nobody. */
 bool gnp_table_beats_one(const struct gnp_table *table, const struct gnp_row *row, enum gnp_published_model model,
@@ -50,12 +50,12 @@ bool gnp_table_beats_one(const struct gnp_table *table, const struct gnp_row *ro
 /* Whether the row's mean is below both printed errors; false also where the paper's cell is not judged. */
 bool gnp_table_beats(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score);
 
-/* How a contender does in all its selected cells. */
+/* How a method does in all its selected cells. */
 struct gnp_verdict {
 	int cells, below_gnp;   /* all, and those below the paper's GNP row, which binds everywhere */
 	int judged, below_both; /* those judged beside both rows, and those below both */
 };
-struct gnp_verdict gnp_table_verdict(const struct gnp_table *table, enum gnp_contender contender);
+struct gnp_verdict gnp_table_verdict(const struct gnp_table *table, enum gnp_method method);
 
 /* The whole table with the protocol it follows. Errors of writing are left in the stream. */
 void gnp_table_write_text(const struct gnp_table *table, FILE *out);

@@ -1,6 +1,7 @@
 #include <inttypes.h>
 #include <math.h>
 
+#include "core/estimate/estimators.h"
 #include "weights/validate/table.h"
 
 static void write_number(double value, FILE *out)
@@ -63,17 +64,17 @@ static void write_model(const struct gnp_model *model, FILE *out)
 
 static void write_row(const struct gnp_table *table, const struct gnp_row *row, FILE *out)
 {
-	const struct gnp_contender_info *contender = gnp_contender_info(row->contender);
+	const struct gnp_method_info *method = gnp_method_info(row->method);
 	double mean[GNP_SCORES], median[GNP_SCORES];
 	for (int s = 0; s < GNP_SCORES; s++) {
 		mean[s] = gnp_table_mean(table, row, (enum gnp_score)s);
 		median[s] = gnp_table_median(table, row, (enum gnp_score)s);
 	}
 	fprintf(out, "   {\"family\": \"%s\", \"regime\": \"%s\", \"contender\": \"%s\", \"estimator\": \"%s\", \"k\": %d,\n    \"weights\": ",
-	        gnp_family_name(row->family), gnp_regime_info(row->regime)->name, contender->name,
-	        gnp_estimator_at(contender->estimator)->name, gnp_table_k(table, row));
+	        gnp_family_name(row->family), gnp_regime_info(row->regime)->name, method->name,
+	        gnp_estimator_at(method->estimator)->name, gnp_table_k(table, row));
 	write_model(gnp_table_model(table, row), out);
-	fprintf(out, ", \"seconds\": %.2f,\n    ", table->seconds[row->family][row->regime][row->contender]);
+	fprintf(out, ", \"seconds\": %.2f,\n    ", table->seconds[row->family][row->regime][row->method]);
 	write_scores("mean", mean, out);
 	fputs(",\n    ", out);
 	write_scores("median", median, out);
@@ -95,12 +96,12 @@ static void write_summary(const struct gnp_table *table, FILE *out)
 {
 	bool first = true;
 	fputs(" \"summary\": [", out);
-	for (int c = 0; c < GNP_CONTENDERS; c++) {
-		const struct gnp_verdict verdict = gnp_table_verdict(table, (enum gnp_contender)c);
+	for (int c = 0; c < GNP_METHODS; c++) {
+		const struct gnp_verdict verdict = gnp_table_verdict(table, (enum gnp_method)c);
 		if (!verdict.cells)
 			continue;
 		fprintf(out, "%s\n   {\"contender\": \"%s\", \"cells\": %d, \"below_gnp\": %d, \"judged\": %d, \"below_both\": %d}",
-		        first ? "" : ",", gnp_contender_info((enum gnp_contender)c)->name, verdict.cells, verdict.below_gnp,
+		        first ? "" : ",", gnp_method_info((enum gnp_method)c)->name, verdict.cells, verdict.below_gnp,
 		        verdict.judged, verdict.below_both);
 		first = false;
 	}
@@ -116,7 +117,7 @@ static void write_ratios(const struct gnp_table *table, FILE *out)
 	for (bool more = gnp_table_next_ratio(table, NULL, &row); more; more = gnp_table_next_ratio(table, &row, &row), first = false) {
 		double ratios[GNP_SCORES];
 		for (int s = 0; s < GNP_SCORES; s++)
-			ratios[s] = gnp_table_ratio(table, &row, GNP_CONTENDER_ADAPTIVE, (enum gnp_score)s);
+			ratios[s] = gnp_table_ratio(table, &row, GNP_METHOD_ADAPTIVE, (enum gnp_score)s);
 		fprintf(out, "%s\n   {\"family\": \"%s\", \"regime\": \"%s\", ", first ? "" : ",", gnp_family_name(row.family),
 		        gnp_regime_info(row.regime)->name);
 		write_scores("ratio", ratios, out);

@@ -66,7 +66,7 @@ static void write_published(const struct style *style, const struct gnp_row *row
 
 static void write_row(const struct style *style, const struct gnp_table *table, const struct gnp_row *row, FILE *out)
 {
-	const char *name = gnp_contender_info(row->contender)->name;
+	const char *name = gnp_method_info(row->method)->name;
 	struct line mean = line_of(row->regime, name, "mean"), median = line_of(row->regime, name, "median");
 	for (int s = 0; s < GNP_SCORES; s++) {
 		enum gnp_score score = (enum gnp_score)s;
@@ -74,7 +74,7 @@ static void write_row(const struct style *style, const struct gnp_table *table, 
 		         gnp_table_beats(table, row, score) ? '+' : ' ');
 		snprintf(median.cells[2 + s], CELL, "%.2e ", gnp_table_median(table, row, score));
 	}
-	snprintf(mean.cells[COLUMNS - 1], CELL, "%.1f", table->seconds[row->family][row->regime][row->contender]);
+	snprintf(mean.cells[COLUMNS - 1], CELL, "%.1f", table->seconds[row->family][row->regime][row->method]);
 	write_line(style, &mean, out);
 	write_line(style, &median, out);
 }
@@ -105,11 +105,11 @@ static void write_item(const struct style *style, bool first, const char *item, 
 
 static void write_verdicts(const struct style *style, const struct gnp_table *table, FILE *out)
 {
-	for (int c = 0; c < GNP_CONTENDERS; c++) {
-		const struct gnp_verdict verdict = gnp_table_verdict(table, (enum gnp_contender)c);
+	for (int c = 0; c < GNP_METHODS; c++) {
+		const struct gnp_verdict verdict = gnp_table_verdict(table, (enum gnp_method)c);
 		char line[160];
 		snprintf(line, sizeof line, "%s: %d of %d cells below the paper's GNP row, %d of %d judged cells below both of its rows.",
-		         gnp_contender_info((enum gnp_contender)c)->name, verdict.below_gnp, verdict.cells, verdict.below_both, verdict.judged);
+		         gnp_method_info((enum gnp_method)c)->name, verdict.below_gnp, verdict.cells, verdict.below_both, verdict.judged);
 		if (verdict.cells)
 			fprintf(out, style->paragraph, line);
 	}
@@ -127,8 +127,8 @@ static void write_ratios(const struct style *style, const struct gnp_table *tabl
 		const double *seconds = table->seconds[row.family][row.regime];
 		struct line line = line_of(row.regime, gnp_family_name(row.family), "");
 		for (int s = 0; s < GNP_SCORES; s++)
-			snprintf(line.cells[2 + s], CELL, "%.3g ", gnp_table_ratio(table, &row, GNP_CONTENDER_ADAPTIVE, (enum gnp_score)s));
-		snprintf(line.cells[COLUMNS - 1], CELL, "%.2f", seconds[GNP_CONTENDER_GNP] / seconds[GNP_CONTENDER_ADAPTIVE]);
+			snprintf(line.cells[2 + s], CELL, "%.3g ", gnp_table_ratio(table, &row, GNP_METHOD_ADAPTIVE, (enum gnp_score)s));
+		snprintf(line.cells[COLUMNS - 1], CELL, "%.2f", seconds[GNP_METHOD_GNP] / seconds[GNP_METHOD_ADAPTIVE]);
 		write_line(style, &line, out);
 	}
 	fprintf(out, style->paragraph, "The quotients of their means, and of their seconds: below 1 gnp is the better.");
@@ -148,7 +148,7 @@ static void write_weights(const struct style *style, const struct gnp_table *tab
 		if (first)
 			fprintf(out, style->heading, "Weights");
 		char item[240];
-		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %u, sha256 %s", gnp_contender_info(row.contender)->name,
+		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %u, sha256 %s", gnp_method_info(row.method)->name,
 		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head), model->recipe.k,
 		         model->sha256);
 		write_item(style, first, item, out);

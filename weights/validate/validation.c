@@ -16,7 +16,7 @@ static gnp_status finish_step(struct gnp_task *task, struct gnp_error *error)
 	return gnp_task_check(task, error);
 }
 
-/* One contender in the regime the subject is in. */
+/* One method in the regime the subject is in. */
 static gnp_status judge(const struct gnp_table *table, const struct gnp_subject *subject, const struct gnp_row *row,
                         struct gnp_pool *pool, double *errors, double *seconds, struct gnp_error *error)
 {
@@ -24,7 +24,7 @@ static gnp_status judge(const struct gnp_table *table, const struct gnp_subject 
 	const struct gnp_cloud cloud = {sample->count, sample->points, sample->normals};
 	struct gnp_estimate_options options = gnp_estimate_defaults();
 	struct gnp_estimate estimate;
-	options.estimator = (int)gnp_contender_info(row->contender)->estimator;
+	options.estimator = (int)gnp_method_info(row->method)->estimator;
 	options.model = gnp_table_model(table, row);
 	options.k = gnp_table_k(table, row);
 	options.quantities = gnp_score_quantities();
@@ -53,7 +53,7 @@ static gnp_status judge_shape(struct gnp_table *table, struct gnp_subject *subje
 		entered = (int)row.regime;
 		if (status == GNP_OK)
 			status = judge(table, subject, &row, pool, gnp_table_errors(table, &row, shape),
-			               &table->seconds[row.family][row.regime][row.contender], error);
+			               &table->seconds[row.family][row.regime][row.method], error);
 		if (status == GNP_OK)
 			status = finish_step(task, error);
 	}

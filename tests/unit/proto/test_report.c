@@ -1,10 +1,10 @@
 /* What an answer says of itself: the whole table of operations, by every estimator, in every format that is written and over both protocols;
  * and the ways it takes there and back. */
-#include "core/network/models.h"
+#include "core/model/models.h"
+#include "proto/codec/parameters.h"
 #include "proto/file/file.h"
 #include "proto/file/formats.h"
 #include "proto/file/result.h"
-#include "proto/codec/parameters.h"
 #include "proto/oip/oip.h"
 #include "proto/operation/call.h"
 #include "proto/operation/operations.h"

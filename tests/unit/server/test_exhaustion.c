@@ -9,11 +9,11 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include "core/base/pool.h"
 #include "proto/file/file.h"
 #include "proto/json/json_memory.h"
 #include "proto/oip/oip.h"
 #include "proto/operation/operations.h"
-#include "core/base/pool.h"
 #include "server/access/guard.h"
 #include "server/api/openapi.h"
 #include "server/api/request.h"

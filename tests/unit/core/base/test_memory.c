@@ -11,7 +11,7 @@
 #include "core/estimate/filter.h"
 #include "core/flow/conformal.h"
 #include "core/flow/flow.h"
-#include "core/network/model.h"
+#include "core/model/model.h"
 #include "tests/unit/test.h"
 
 static atomic_long asked; /* allocations so far */

@@ -2,7 +2,7 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 #include "tests/unit/test.h"
 
 enum { MOST = 4000 };

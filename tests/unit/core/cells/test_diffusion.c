@@ -6,7 +6,7 @@
 #include "core/base/random.h"
 #include "core/base/vector.h"
 #include "core/cells/cell.h"
-#include "core/cloud/neighbors.h"
+#include "core/search/neighbors.h"
 #include "tests/unit/test.h"
 
 enum { COUNT = 60, EDGES = 4 };

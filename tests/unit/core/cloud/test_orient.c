@@ -2,10 +2,10 @@
 
 #include "core/base/forest.h"
 #include "core/cloud/distinct.h"
-#include "core/cloud/order.h"
 #include "core/cloud/orient.h"
 #include "core/cloud/outward.h"
 #include "core/linear/pca.h"
+#include "core/search/order.h"
 #include "core/shapes/shapes.h"
 #include "tests/unit/test.h"
 

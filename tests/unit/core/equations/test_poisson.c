@@ -1,6 +1,6 @@
-#include "core/equations/energy.h"
 #include "core/equations/poisson.h"
 #include "core/linear/linalg.h"
+#include "core/operators/energy.h"
 #include "tests/oracles/manufactured.h"
 #include "tests/unit/test.h"
 

@@ -3,7 +3,7 @@
 #include "core/base/vector.h"
 #include "core/estimate/filter.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/shapes/shapes.h"
 #include "tests/unit/test.h"
 

@@ -7,7 +7,7 @@
 #include "core/estimate/estimate.h"
 #include "core/linear/eigen.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/network/pooled.h"
 #include "core/network/projection.h"
 #include "core/shapes/shapes.h"

@@ -1,4 +1,5 @@
 #include "core/flow/conformal.h"
+#include "core/flow/flow_measure.h"
 
 #include "tests/laws/flow_laws.h"
 #include "tests/unit/test.h"
@@ -63,7 +64,7 @@ static struct flow begun(struct gnp_flow_state state)
 	bool finite = false;
 	memcpy(flow.origin, state.points, sizeof flow.origin);
 	memcpy(rule.origin, state.points, sizeof rule.origin);
-	CHECK(gnp_flow_state_measure(&flow.now, &rule, pool, NULL, NULL, &finite, NULL) == GNP_OK && finite);
+	CHECK(gnp_flow_measure(&flow.now, &rule, pool, NULL, NULL, &finite, NULL) == GNP_OK && finite);
 	CHECK(gnp_conformal_create(&flow.now, NULL, &flow.conformal, NULL) == GNP_OK);
 	return flow;
 }

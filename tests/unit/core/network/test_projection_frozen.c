@@ -4,7 +4,7 @@
 #include "core/estimate/projection_fit.h"
 #include "core/fit/legendre.h"
 #include "core/linear/linalg.h"
-#include "core/network/models.h"
+#include "core/model/models.h"
 #include "core/network/pooled.h"
 #include "tests/oracles/frozen.h"
 #include "tests/unit/test.h"

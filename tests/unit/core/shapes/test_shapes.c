@@ -6,6 +6,7 @@
 #include "core/base/random.h"
 #include "core/base/vector.h"
 #include "core/shapes/shape_family.h"
+#include "core/shapes/shapes.h"
 
 enum { COUNT = 2000 };
 

@@ -4,9 +4,9 @@
 
 #include <stdint.h>
 
+#include "proto/codec/parameters.h"
 #include "proto/file/content_encoding.h"
 #include "proto/file/file.h"
-#include "proto/codec/parameters.h"
 #include "proto/file/formats.h"
 #include "proto/oip/oip.h"
 #include "proto/operation/call.h"

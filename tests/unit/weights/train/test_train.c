@@ -135,9 +135,9 @@ static gnp_status toy_calibrate(const void *state, const struct gnp_train_patche
 	return GNP_OK;
 }
 
-static struct gnp_train_network network_of(struct toy *toy)
+static struct gnp_trainable network_of(struct toy *toy)
 {
-	return (struct gnp_train_network){.name = "toy", .parameter_count = PARAMETERS, .basis = {GNP_BASIS_TOTAL, DEGREE}, .state = toy,
+	return (struct gnp_trainable){.name = "toy", .parameter_count = PARAMETERS, .basis = {GNP_BASIS_TOTAL, DEGREE}, .state = toy,
 	                                  .initialize = toy_initialize, .load = toy_load, .forward = toy_forward,
 	                                  .backward = toy_backward};
 }
@@ -157,7 +157,7 @@ static struct gnp_train_options options_of(uint64_t steps)
 	return options;
 }
 
-static struct gnp_train *open_train(const struct gnp_train_options *options, const struct gnp_train_network *network,
+static struct gnp_train *open_train(const struct gnp_train_options *options, const struct gnp_trainable *network,
                                     const char *resume, struct gnp_pool *pool)
 {
 	struct gnp_train *train;
@@ -173,7 +173,7 @@ static struct gnp_train *open_train(const struct gnp_train_options *options, con
 static size_t run(unsigned workers, uint64_t steps, bool resume, unsigned char bytes[FILE_BYTES])
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(6);
 	struct gnp_pool *pool;
 	CHECK(gnp_pool_create(workers, &pool, NULL) == GNP_OK);
@@ -211,7 +211,7 @@ static void checkpoints_of_other_trainings_are_refused(void)
 {
 	unsigned char bytes[FILE_BYTES];
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(6);
 	struct gnp_pool *pool;
 	struct gnp_train *train;
@@ -235,7 +235,7 @@ static void checkpoints_of_other_trainings_are_refused(void)
 static void bad_options_are_named(void)
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(6);
 	struct gnp_train *train;
 	struct gnp_error error = {0};
@@ -247,7 +247,7 @@ static void bad_options_are_named(void)
 static void calibration_comes_before_the_first_step_only(void)
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(6);
 	struct gnp_pool *pool;
 	unsigned char bytes[FILE_BYTES];
@@ -267,7 +267,7 @@ static void calibration_comes_before_the_first_step_only(void)
 static void a_network_that_sees_nothing_errs_by_all_there_is(void)
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(6);
 	struct gnp_pool *pool;
 	struct gnp_train_watch *watch;
@@ -318,7 +318,7 @@ static void histories_are_read_back_up_to_a_step(void)
 static void runs_are_resumed(void)
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_run_options options = gnp_train_run_defaults();
 	struct gnp_pool *pool;
 	struct gnp_task task;
@@ -372,7 +372,7 @@ static void rules_of_the_loss_are_read(void)
 static void training_learns(void)
 {
 	struct toy toy;
-	struct gnp_train_network network = network_of(&toy);
+	struct gnp_trainable network = network_of(&toy);
 	struct gnp_train_options options = options_of(300);
 	struct gnp_pool *pool;
 	double early = 0, late = 0;

@@ -112,12 +112,12 @@ static void table_1_is_judged_with_every_part(void)
 	struct gnp_error error = {0};
 	char *text = NULL;
 	size_t size = 0;
-	gnp_selection_take(&selection, 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_GMLS);
+	gnp_selection_take(&selection, 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_GMLS);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_OK);
 	CHECK(gnp_validation_run(&table, pool, NULL, &error) == GNP_OK);
 	CHECK(gnp_ablation_table_run(&table, pool, NULL, &ablation, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
-	const struct gnp_row row = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_CONTENDER_GNP};
+	const struct gnp_row row = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
 	for (unsigned part = 0; part < GNP_ABLATION_PARTS; part++) {
 		double mean = ablation.mean[part][GNP_FAMILY_RADIAL][GNP_REGIME_NOISE_70][GNP_SCORE_MEAN];
 		CHECK(isfinite(mean) && (mean == gnp_table_mean(&table, &row, GNP_SCORE_MEAN)) == (part == GNP_ABLATION_NONE));

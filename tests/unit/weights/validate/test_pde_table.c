@@ -1,4 +1,4 @@
-#include "weights/validate/pde_table.h"
+#include "weights/validate/pde_table_write.h"
 
 #include "core/equations/poisson.h"
 #include "core/linear/linalg.h"

@@ -287,11 +287,11 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
 	for (int number = 0; number < GNP_ROWS; number++) {
-		const struct gnp_row row = {(enum gnp_family)(number / GNP_CONTENDERS / GNP_REGIMES),
-		                            (enum gnp_regime)(number / GNP_CONTENDERS % GNP_REGIMES),
-		                            (enum gnp_contender)(number % GNP_CONTENDERS)};
+		const struct gnp_row row = {(enum gnp_family)(number / GNP_METHODS / GNP_REGIMES),
+		                            (enum gnp_regime)(number / GNP_METHODS % GNP_REGIMES),
+		                            (enum gnp_method)(number % GNP_METHODS)};
 		CHECK(gnp_row_number(&row) == (size_t)number);
-		CHECK(gnp_selection_has(&selection, &row) == (row.contender != GNP_CONTENDER_GNP || row.regime == GNP_REGIME_NOISE_70));
+		CHECK(gnp_selection_has(&selection, &row) == (row.method != GNP_METHOD_GNP || row.regime == GNP_REGIME_NOISE_70));
 	}
 	gnp_table_clear(&table);
 	selection = gnp_selection_all();
@@ -302,9 +302,9 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 static void learned_rows_take_their_models_k(void)
 {
 	struct gnp_table table = table_of(1, gnp_selection_all());
-	const struct gnp_row gnp = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_CONTENDER_GNP};
-	const struct gnp_row pooled = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_CONTENDER_POOLED};
-	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_CONTENDER_GMLS};
+	const struct gnp_row gnp = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
+	const struct gnp_row pooled = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_METHOD_POOLED};
+	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GMLS};
 	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "noise_70k");
 	CHECK_STRING(gnp_table_model(&table, &pooled)->name, "clean_30k_pooled");
 	CHECK(gnp_table_k(&table, &gnp) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
@@ -315,7 +315,7 @@ static void learned_rows_take_their_models_k(void)
 static void means_and_medians_are_over_shapes(void)
 {
 	static const double values[] = {5, 1, 100, 2};
-	const struct gnp_row row = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_CONTENDER_GMLS};
+	const struct gnp_row row = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_METHOD_GMLS};
 	for (size_t shapes = 3; shapes <= 4; shapes++) {
 		struct gnp_table table = table_of(shapes, gnp_selection_all());
 		for (size_t i = 0; i < shapes; i++)
@@ -332,8 +332,8 @@ static void means_and_medians_are_over_shapes(void)
 static void a_cell_wins_below_both_printed_rows_only(void)
 {
 	struct gnp_table table = table_of(1, gnp_selection_all());
-	const struct gnp_row clean = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_CONTENDER_GMLS};
-	const struct gnp_row odd = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_CONTENDER_GMLS};
+	const struct gnp_row clean = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_METHOD_GMLS};
+	const struct gnp_row odd = {GNP_FAMILY_TOROIDAL, GNP_REGIME_CLEAN_50, GNP_METHOD_GMLS};
 	double *errors = gnp_table_errors(&table, &clean, 0), target;
 	errors[GNP_SCORE_GAUSSIAN] = 1.93e-2; /* the paper: gnp 4.07e-2, gmls 1.92e-2 */
 	CHECK(!gnp_table_beats(&table, &clean, GNP_SCORE_GAUSSIAN));
@@ -359,21 +359,21 @@ static void verdicts_count_cells(void)
 			double gnp = gnp_published_error(row.family, row.regime, GNP_PUBLISHED_GNP, (enum gnp_score)s);
 			double gmls = gnp_published_error(row.family, row.regime, GNP_PUBLISHED_GMLS, (enum gnp_score)s);
 			double *error = gnp_table_errors(&table, &row, 0) + s;
-			switch (row.contender) {
-			case GNP_CONTENDER_GNP: *error = gnp * 1.01; break;
-			case GNP_CONTENDER_POOLED: *error = gnp * 0.99; break;
-			case GNP_CONTENDER_GMLS: *error = fmin(gnp, gmls) * 0.99; break;
+			switch (row.method) {
+			case GNP_METHOD_GNP: *error = gnp * 1.01; break;
+			case GNP_METHOD_POOLED: *error = gnp * 0.99; break;
+			case GNP_METHOD_GMLS: *error = fmin(gnp, gmls) * 0.99; break;
 			default: *error = NAN;
 			}
 		}
-	static const struct gnp_verdict want[GNP_CONTENDERS] = {
-		[GNP_CONTENDER_GNP] = {10, 0, 10, 0},      /* one regime of two families */
-		[GNP_CONTENDER_POOLED] = {40, 40, 38, 20}, /* the paper's GNP is the better of its rows under outliers and noise */
-		[GNP_CONTENDER_GMLS] = {40, 40, 38, 38},
-		[GNP_CONTENDER_ADAPTIVE] = {40, 0, 38, 0},
+	static const struct gnp_verdict want[GNP_METHODS] = {
+		[GNP_METHOD_GNP] = {10, 0, 10, 0},      /* one regime of two families */
+		[GNP_METHOD_POOLED] = {40, 40, 38, 20}, /* the paper's GNP is the better of its rows under outliers and noise */
+		[GNP_METHOD_GMLS] = {40, 40, 38, 38},
+		[GNP_METHOD_ADAPTIVE] = {40, 0, 38, 0},
 	};
-	for (int c = 0; c < GNP_CONTENDERS; c++) {
-		const struct gnp_verdict got = gnp_table_verdict(&table, (enum gnp_contender)c);
+	for (int c = 0; c < GNP_METHODS; c++) {
+		const struct gnp_verdict got = gnp_table_verdict(&table, (enum gnp_method)c);
 		CHECK(got.cells == want[c].cells && got.below_gnp == want[c].below_gnp);
 		CHECK(got.judged == want[c].judged && got.below_both == want[c].below_both);
 	}
@@ -385,18 +385,18 @@ static void gnp_is_compared_with_adaptive_off_clean_clouds(void)
 	struct gnp_table table = table_of(1, gnp_selection_all());
 	struct gnp_row row;
 	for (int f = 0; f < GNP_FAMILIES; f++) {
-		const struct gnp_row gnp = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_CONTENDER_GNP};
-		const struct gnp_row adaptive = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_CONTENDER_ADAPTIVE};
+		const struct gnp_row gnp = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
+		const struct gnp_row adaptive = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_ADAPTIVE};
 		gnp_table_errors(&table, &gnp, 0)[GNP_SCORE_MEAN] = 3;
 		gnp_table_errors(&table, &adaptive, 0)[GNP_SCORE_MEAN] = 4 + f;
 		CHECK(gnp_table_next_ratio(&table, f ? &row : NULL, &row) && row.family == (enum gnp_family)f);
-		CHECK(row.regime == GNP_REGIME_NOISE_70 && row.contender == GNP_CONTENDER_GNP); /* outlier-50 has no weights */
-		CHECK_NEAR(gnp_table_ratio(&table, &row, GNP_CONTENDER_ADAPTIVE, GNP_SCORE_MEAN), 3.0 / (4 + f), 1e-15);
+		CHECK(row.regime == GNP_REGIME_NOISE_70 && row.method == GNP_METHOD_GNP); /* outlier-50 has no weights */
+		CHECK_NEAR(gnp_table_ratio(&table, &row, GNP_METHOD_ADAPTIVE, GNP_SCORE_MEAN), 3.0 / (4 + f), 1e-15);
 	}
 	CHECK(!gnp_table_next_ratio(&table, &row, &row));
 	gnp_table_clear(&table);
 	struct gnp_selection alone = gnp_selection_all();
-	gnp_selection_take(&alone, 1u << GNP_CONTENDER_GNP);
+	gnp_selection_take(&alone, 1u << GNP_METHOD_GNP);
 	table = table_of(1, alone);
 	CHECK(!gnp_table_next_ratio(&table, NULL, &row));
 	gnp_table_clear(&table);
@@ -464,7 +464,7 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 {
 	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL,
 	                                  .regimes = 1u << GNP_REGIME_CLEAN_30 | 1u << GNP_REGIME_NOISE_70};
-	gnp_selection_take(&selection, 1u << GNP_CONTENDER_GNP | 1u << GNP_CONTENDER_POOLED | 1u << GNP_CONTENDER_GMLS);
+	gnp_selection_take(&selection, 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_POOLED | 1u << GNP_METHOD_GMLS);
 	struct gnp_table one = table_of(2, selection), two = table_of(2, selection);
 	struct gnp_pool *single = NULL;
 	struct gnp_task task;
@@ -480,7 +480,7 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 			bool selected = gnp_selection_has(&one.selection, &row);
 			CHECK(memcmp(a, b, GNP_SCORES * sizeof *a) == 0);
 			for (int s = 0; s < GNP_SCORES; s++)
-				CHECK(selected ? a[s] > 0 && (a[s] < 1 || row.contender == GNP_CONTENDER_POOLED) : a[s] == 0);
+				CHECK(selected ? a[s] > 0 && (a[s] < 1 || row.method == GNP_METHOD_POOLED) : a[s] == 0);
 		}
 	CHECK(gnp_selection_count(&one.selection) == 5); /* gnp has no weights for clean-30 */
 	CHECK(one.drawn[GNP_FAMILY_RADIAL] == 2 && one.drawn[GNP_FAMILY_TOROIDAL] == 0);

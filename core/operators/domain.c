@@ -1,0 +1,188 @@
+#include "core/operators/domain.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/base/memory.h"
+#include "core/cells/area.h"
+
+void gnp_domain_clear(struct gnp_domain *domain)
+{
+	gnp_prepared_clear(&domain->prepared);
+	free(domain->area);
+	free(domain->dropped_index);
+	free(domain->dropped_points);
+	*domain = (struct gnp_domain){.cloud_count = 0};
+}
+
+struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain)
+{
+	return (struct gnp_domain_facts){domain->normals_estimated, domain->components, domain->patches, domain->degenerate, domain->outliers,
+	                                 domain->model};
+}
+
+size_t gnp_domain_bytes(const struct gnp_domain *domain)
+{
+	/* order, points, normals, area, and the search tree with about 100 bytes a point */
+	return domain->prepared.count * (sizeof(uint32_t) + 7 * sizeof(double) + 100) +
+	       domain->dropped * (sizeof(uint32_t) + 3 * sizeof(double));
+}
+
+/* Rows of the estimate are in the cloud's order, those of prepared along the curve. */
+static void take_rows(const struct gnp_prepared *prepared, const double *from, double *to)
+{
+	for (size_t i = 0; i < prepared->count; i++)
+		memcpy(to + 3 * i, from + 3 * (size_t)prepared->order[i], 3 * sizeof(double));
+}
+
+/* Points have moved: what was indexed is no more. */
+static gnp_status index_again(struct gnp_prepared *prepared, struct gnp_error *error)
+{
+	gnp_neighbors_free(prepared->neighbors);
+	prepared->neighbors = NULL;
+	return gnp_neighbors_build(prepared->points, prepared->count, &prepared->neighbors, error);
+}
+
+static gnp_status settle(const struct gnp_domain_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                         struct gnp_domain *domain, struct gnp_error *error)
+{
+	struct gnp_estimate_options wanted = options->estimate;
+	struct gnp_estimate estimate = {.count = 0};
+	wanted.quantities = GNP_QUANTITY_BIT(GNP_NORMALS) | (options->project ? GNP_QUANTITY_BIT(GNP_POINTS) : 0);
+	gnp_status status = gnp_estimate_prepared(&domain->prepared, &wanted, pool, task, &estimate, error);
+	if (status != GNP_OK)
+		return status;
+	take_rows(&domain->prepared, estimate.values[GNP_NORMALS], domain->prepared.normals);
+	if (options->project) {
+		take_rows(&domain->prepared, estimate.values[GNP_POINTS], domain->prepared.points);
+		status = index_again(&domain->prepared, error);
+	}
+	domain->patches = estimate.patches;
+	domain->degenerate = estimate.degenerate;
+	domain->outliers = estimate.outliers;
+	domain->model = estimate.model;
+	gnp_estimate_clear(&estimate);
+	return status;
+}
+
+static gnp_status measure(struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                          struct gnp_error *error)
+{
+	domain->area = gnp_array_new(domain->prepared.count, sizeof *domain->area);
+	if (!domain->area)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "area: no memory for %zu points", domain->prepared.count);
+	return gnp_area_measure(&domain->prepared, pool, task, domain->area, &domain->open, error);
+}
+
+static gnp_status take_dropped(const struct gnp_cloud *cloud, const struct gnp_filter *filter,
+                               struct gnp_domain *domain, struct gnp_error *error)
+{
+	size_t dropped = filter->count - filter->kept;
+	domain->dropped_index = gnp_array_new(dropped, sizeof *domain->dropped_index);
+	domain->dropped_points = gnp_array_new(dropped, 3 * sizeof *domain->dropped_points);
+	if (!domain->dropped_index || !domain->dropped_points)
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "filter: no memory for %zu dropped points", dropped);
+	for (size_t i = 0; i < filter->count; i++) {
+		if (filter->keep[i])
+			continue;
+		domain->dropped_index[domain->dropped] = (uint32_t)i;
+		memcpy(domain->dropped_points + 3 * domain->dropped++, cloud->points + 3 * i, 3 * sizeof(double));
+	}
+	return GNP_OK;
+}
+
+/* The cloud as the filter leaves it; the order becomes that of the whole cloud. */
+static gnp_status settle_filtered(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                                  struct gnp_error *error)
+{
+	struct gnp_filter filter;
+	gnp_status status = gnp_filter_run(cloud, options->filter, pool, task, &filter, error);
+	if (status != GNP_OK)
+		return status;
+	const struct gnp_cloud kept = {filter.kept, filter.points, filter.normals};
+	status = take_dropped(cloud, &filter, domain, error);
+	if (status == GNP_OK)
+		status = gnp_prepare_fitted(&kept, pool, task, &domain->prepared, error);
+	if (status == GNP_OK)
+		status = settle(options, pool, task, domain, error);
+	for (size_t i = 0; i < domain->prepared.count && status == GNP_OK; i++)
+		domain->prepared.order[i] = filter.index[domain->prepared.order[i]];
+	domain->normals_estimated = filter.normals_estimated;
+	domain->components = filter.components;
+	gnp_filter_clear(&filter);
+	return status;
+}
+
+static gnp_status settle_whole(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                               struct gnp_error *error)
+{
+	gnp_status status = gnp_prepare(cloud, pool, task, &domain->prepared, error);
+	if (status != GNP_OK)
+		return status;
+	domain->components = domain->prepared.components;
+	return settle(options, pool, task, domain, error);
+}
+
+/* Entries of operators are inverse squares of lengths, and their squares and products have to be numbers, too. */
+static gnp_status check_extent(const struct gnp_cloud *cloud, struct gnp_error *error)
+{
+	static const double least = 1e-25, most = 1e25;
+	double extent = 0;
+	for (size_t i = 3; i < 3 * cloud->count; i++)
+		extent = fmax(extent, fabs(cloud->points[i] - cloud->points[i % 3]));
+	if (extent >= least && extent <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "points: lie within %g of the first one, equations need %g..%g: take another unit of length",
+	                     extent, least, most);
+}
+
+gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
+                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *out,
+                           struct gnp_error *error)
+{
+	enum { FEWEST = 12 };
+	struct gnp_domain domain = {.cloud_count = cloud->count, .normals_estimated = !cloud->normals};
+	gnp_status status = gnp_cloud_check(cloud, options->estimate.k > FEWEST ? (size_t)options->estimate.k : FEWEST, error);
+	if (status == GNP_OK)
+		status = check_extent(cloud, error);
+	if (status == GNP_OK && options->filter)
+		status = settle_filtered(cloud, options, pool, task, &domain, error);
+	else if (status == GNP_OK)
+		status = settle_whole(cloud, options, pool, task, &domain, error);
+	if (status == GNP_OK)
+		status = measure(pool, task, &domain, error);
+	if (status == GNP_OK)
+		*out = domain;
+	else
+		gnp_domain_clear(&domain);
+	return status;
+}
+
+bool gnp_domain_is_closed(const struct gnp_domain *domain)
+{
+	return (double)domain->open <= sqrt((double)domain->prepared.count);
+}
+
+/* Points at one place have one place on the curve: they are next to each other. */
+gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = &domain->prepared;
+	size_t doubled = 0, first = 0;
+	for (size_t i = 1; i < prepared->count; i++) {
+		const double *p = prepared->points + 3 * i;
+		if (p[0] != p[-3] || p[1] != p[-2] || p[2] != p[-1])
+			continue;
+		first = doubled ? first : prepared->order[i];
+		doubled++;
+	}
+	if (!doubled)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_DEGENERATE,
+	                     "points: %zu lie where another one does, point %zu for one: remove duplicates, an equation has one "
+	                                            "unknown a place",
+	                     doubled, first);
+}
