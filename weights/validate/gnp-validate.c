@@ -16,7 +16,8 @@
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
-	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown); real: normals on meshes and scans"},
+	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, "
+	                  "--points, --regimes, --markdown); real: normals on meshes and scans"},
 	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
@@ -30,7 +31,7 @@ static const struct gnp_option options[] = {
 	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
 	{"only", 0, "LIST", "table real: these meshes alone"},
 	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
-	{"ablate", 0, NULL, "tables 1 and real: each model with its trunk removed or random and with constant outputs, too"},
+	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
 	{"markdown", 0, "FILE", "write the table as Markdown"},
 	{"help", 0, NULL, "this text"},

@@ -309,8 +309,8 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 		write_ablation(table, &bars, out);
 	}
 	fprintf(out,
-	        "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search of\n"
-	        "neighbours included. The whole table took %.0f s.\n\n",
+	        "## Seconds\nOver all clouds, at the points judged alone where a program can; orientation and the search\n"
+	        "of neighbours included. The whole table took %.0f s.\n\n",
 	        table->wall);
 	write_seconds(table, &bars, out);
 	write_weights(table, out);
