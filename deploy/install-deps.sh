@@ -6,13 +6,14 @@
 #   install-deps.sh --list [STAGE...]   print the packages
 #
 # Stages: build (compiler and libraries), demo (build + curl), test (demo + oracles), fuzz (test + clang), lint (build + cppcheck and
-# clang-tidy). The default is demo.
+# clang-tidy), peers (what make validate-real fetches meshes with, and programs of others that it judges). The default is demo.
 set -eu
 
 build='gcc make pkg-config libc6-dev libmicrohttpd-dev libgnutls28-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
 test="$demo python3 python3-numpy openssl"
 fuzz="$test clang libclang-rt-14-dev"
+peers="$build g++ python3-numpy python3-open3d libpcl-dev libcgal-dev libeigen3-dev npm nodejs"
 lint="$build cppcheck clang-tidy"
 
 mode=install
@@ -31,7 +32,8 @@ for stage; do
 	test) packages="$packages $test" ;;
 	fuzz) packages="$packages $fuzz" ;;
 	lint) packages="$packages $lint" ;;
-	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test, fuzz or lint" >&2; exit 2 ;;
+	peers) packages="$packages $peers" ;;
+	*) echo "install-deps.sh: stage: got '$stage', need build, demo, test, fuzz, lint or peers" >&2; exit 2 ;;
 	esac
 done
 
@@ -39,7 +41,8 @@ done
 present() {
 	case "$1" in
 	gcc) command -v cc || command -v gcc ;;
-	make | pkg-config | curl | python3 | openssl | clang | cppcheck | clang-tidy) command -v "$1" ;;
+	make | pkg-config | curl | python3 | openssl | clang | cppcheck | clang-tidy | npm | g++) command -v "$1" ;;
+	nodejs) command -v node ;;
 	libmicrohttpd-dev) pkg-config --exists libmicrohttpd ;;
 	libgnutls28-dev) pkg-config --exists gnutls ;;
 	libjansson-dev) pkg-config --exists jansson ;;

@@ -12,6 +12,8 @@
  * and those of training lie below. All are exact in the numbers of JSON. */
 #define GNP_SEED_VALIDATION (UINT64_C(1) << 52)
 #define GNP_SEED_WATCH (UINT64_C(1) << 51)
+/* Those of the real table, a part of validation's that its shapes do not use: [this, this + 2^40). */
+#define GNP_SEED_REAL (GNP_SEED_VALIDATION + (UINT64_C(1) << 50))
 
 bool gnp_seed_is_validation(uint64_t seed);
 bool gnp_seed_is_watch(uint64_t seed);

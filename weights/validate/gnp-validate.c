@@ -9,13 +9,16 @@
 #include "clients/program.h"
 #include "clients/session.h"
 #include "core/base/names.h"
+#include "weights/validate/ablation_table.h"
 #include "weights/validate/pde_table_write.h"
+#include "weights/validate/real_command.h"
 #include "weights/validate/validation.h"
 
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
-	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, --points, --regimes, --markdown)"},
+	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, "
+	                  "--points, --regimes, --markdown); real: normals on meshes and scans"},
 	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
@@ -24,6 +27,12 @@ static const struct gnp_option options[] = {
 	{"centres", 0, "N", "centres a cloud"},
 	{"points", 0, "N", "points a cloud (100000)"},
 	{"workers", 0, "N", "threads (as many as there are cores)"},
+	{"meshes", 0, "DIR", "table real: folder that deploy/fetch-meshes.sh filled"},
+	{"peers", 0, "DIR", "table real: folder of programs of others to judge beside ours (none)"},
+	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
+	{"only", 0, "LIST", "table real: these meshes alone"},
+	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
+	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
 	{"markdown", 0, "FILE", "write the table as Markdown"},
 	{"help", 0, NULL, "this text"},
@@ -109,6 +118,16 @@ static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan
 	return GNP_OK;
 }
 
+/* What only the real table knows would be passed over. */
+static gnp_status refuse_real(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	static const char *const names[] = {"meshes", "peers", "sections", "only", "tune"};
+	for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+		if (gnp_arguments_has(arguments, names[i]))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table real", names[i]);
+	return GNP_OK;
+}
+
 static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
 	bool quick = gnp_arguments_has(arguments, "quick");
@@ -117,7 +136,9 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	unsigned methods = quick ? QUICK_METHODS : (1u << GNP_METHODS) - 1;
 	*plan = (struct plan){quick ? gnp_protocol_quick() : gnp_protocol_full(), gnp_selection_all(),
 	                      gnp_arguments_has(arguments, "estimators"), 0};
-	gnp_status status = parse_sizes(arguments, plan, error);
+	gnp_status status = refuse_real(arguments, error);
+	if (status == GNP_OK)
+		status = parse_sizes(arguments, plan, error);
 	if (status == GNP_OK)
 		status = parse_list(arguments, "estimators", method_name, &methods, error);
 	gnp_selection_take(&plan->selection, methods);
@@ -128,14 +149,23 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	return status;
 }
 
-static gnp_status run_plan(const struct plan *plan, struct gnp_table *table, struct gnp_error *error)
+/* Table 1, and where it was asked for that of altered models. */
+struct judged {
+	struct gnp_table table;
+	struct gnp_ablation_table ablation;
+	bool ablated;
+};
+
+static gnp_status run_plan(const struct plan *plan, struct judged *judged, struct gnp_error *error)
 {
 	struct gnp_session session;
 	gnp_status status = gnp_session_open(&session, (unsigned)plan->workers, error);
 	if (status != GNP_OK)
 		return status;
 	atomic_store(&session.progress.phase, "validate");
-	status = gnp_validation_run(table, session.pool, &session.task, error);
+	status = gnp_validation_run(&judged->table, session.pool, &session.task, error);
+	if (status == GNP_OK && judged->ablated)
+		status = gnp_ablation_table_run(&judged->table, session.pool, &session.task, &judged->ablation, error);
 	gnp_session_close(&session);
 	return status;
 }
@@ -145,12 +175,15 @@ typedef void (*write_fn)(const void *table, FILE *out);
 
 static void write_json(const void *table, FILE *out)
 {
-	gnp_table_write_json(table, out);
+	gnp_table_write_json(&((const struct judged *)table)->table, out);
 }
 
 static void write_markdown(const void *table, FILE *out)
 {
-	gnp_table_write_markdown(table, out);
+	const struct judged *judged = table;
+	gnp_table_write_markdown(&judged->table, out);
+	if (judged->ablated)
+		gnp_ablation_table_write_markdown(&judged->ablation, out);
 }
 
 static void write_pde_markdown(const void *table, FILE *out)
@@ -211,13 +244,15 @@ static gnp_status open_table(const struct gnp_arguments *arguments, struct plan 
 
 static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct gnp_pde_plan *plan, uint64_t *workers, struct gnp_error *error)
 {
-	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json"};
+	static const char *const other[] = {"estimators", "families", "shapes", "centres", "json", "ablate"};
 	*plan = gnp_arguments_has(arguments, "quick") ? gnp_pde_plan_quick() : gnp_pde_plan_full();
 	uint64_t points = plan->points;
 	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
 		if (gnp_arguments_has(arguments, other[i]))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table 1", other[i]);
-	gnp_status status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
+	gnp_status status = refuse_real(arguments, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
 	if (status == GNP_OK)
 		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
 	plan->points = points;
@@ -253,21 +288,25 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 {
 	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "2") == 0)
 		return validate_pde(arguments, error);
+	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "real") == 0)
+		return gnp_real_command(arguments, error);
 	struct plan plan;
-	struct gnp_table table;
+	struct judged judged = {.ablated = gnp_arguments_has(arguments, "ablate")};
 	if (parse_plan(arguments, &plan, error) != GNP_OK)
 		return GNP_EXIT_USAGE;
-	gnp_status status = open_table(arguments, &plan, &table, error);
+	gnp_status status = open_table(arguments, &plan, &judged.table, error);
 	if (status != GNP_OK)
 		return gnp_exit_of(status, false);
-	status = run_plan(&plan, &table, error);
+	status = run_plan(&plan, &judged, error);
 	if (status == GNP_OK)
-		gnp_table_write_text(&table, stdout);
+		gnp_table_write_text(&judged.table, stdout);
+	if (status == GNP_OK && judged.ablated)
+		gnp_ablation_table_write_text(&judged.ablation, stdout);
 	if (status == GNP_OK)
-		status = save(arguments, "json", write_json, &table, error);
+		status = save(arguments, "json", write_json, &judged, error);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", write_markdown, &table, error);
-	gnp_table_clear(&table);
+		status = save(arguments, "markdown", write_markdown, &judged, error);
+	gnp_table_clear(&judged.table);
 	if (status == GNP_OK && fflush(stdout) != 0)
 		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");
 	return gnp_exit_of(status, false);

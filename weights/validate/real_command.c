@@ -1,0 +1,120 @@
+#include "weights/validate/real_command.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "clients/file_io.h"
+#include "clients/session.h"
+#include "core/base/names.h"
+#include "weights/validate/real_run.h"
+
+static gnp_status parse_sections(const struct gnp_arguments *arguments, unsigned *sections, struct gnp_error *error)
+{
+	unsigned chosen = 0;
+	for (const char *word = gnp_arguments_get(arguments, "sections", NULL); word;) {
+		size_t length = strcspn(word, ",");
+		struct gnp_names known;
+		unsigned i = 0;
+		gnp_names_begin(&known, word, length);
+		for (; gnp_real_section_name(i); i++) {
+			gnp_names_add(&known, gnp_real_section_name(i));
+			if (strlen(gnp_real_section_name(i)) == length && memcmp(gnp_real_section_name(i), word, length) == 0)
+				break;
+		}
+		if (!gnp_real_section_name(i))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--sections: got '%.*s', need some of %s",
+			                     length < 40 ? (int)length : 40, word, gnp_names_end(&known));
+		chosen |= 1u << i;
+		word = word[length] ? word + length + 1 : NULL;
+	}
+	*sections = chosen ? chosen : *sections;
+	return GNP_OK;
+}
+
+static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_real_plan *plan, uint64_t *workers,
+                             struct gnp_error *error)
+{
+	static const char *const other[] = {"estimators", "families", "regimes", "shapes"};
+	bool quick = gnp_arguments_has(arguments, "quick"), full = gnp_arguments_has(arguments, "full");
+	*plan = quick ? gnp_real_plan_quick() : gnp_real_plan_full();
+	uint64_t points = plan->points, centres = full ? 0 : plan->centres;
+	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
+		if (gnp_arguments_has(arguments, other[i]))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table 1 or 2", other[i]);
+	if (quick && full)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--quick: given with --full, need one of them");
+	gnp_status status = gnp_arguments_integer(arguments, "points", 1000, 10000000, &points, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "centres", 1, 10000000, &centres, error);
+	if (status == GNP_OK)
+		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
+	plan->points = points;
+	plan->centres = centres;
+	plan->meshes = gnp_arguments_get(arguments, "meshes", NULL);
+	plan->peers = gnp_arguments_get(arguments, "peers", NULL);
+	plan->only = gnp_arguments_get(arguments, "only", NULL);
+	plan->tune = gnp_arguments_has(arguments, "tune");
+	plan->ablate = gnp_arguments_has(arguments, "ablate");
+	return status == GNP_OK ? parse_sections(arguments, &plan->sections, error) : status;
+}
+
+static gnp_status run_plan(const struct gnp_real_plan *plan, const struct gnp_models *models, unsigned workers,
+                           struct gnp_real_table *table, struct gnp_error *error)
+{
+	struct gnp_session session;
+	gnp_status status = gnp_session_open(&session, workers, error);
+	if (status != GNP_OK)
+		return status;
+	atomic_store(&session.progress.phase, "validate");
+	status = gnp_real_run(plan, models, session.pool, &session.task, stderr, table, error);
+	gnp_session_close(&session);
+	return status;
+}
+
+typedef void (*write_fn)(const struct gnp_real_table *table, FILE *out);
+
+/* Writes the table to the file an option names, if it was given. */
+static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write,
+                       const struct gnp_real_table *table, struct gnp_error *error)
+{
+	const char *path = gnp_arguments_get(arguments, option, NULL);
+	char *data = NULL;
+	size_t size = 0;
+	if (!path)
+		return GNP_OK;
+	FILE *out = open_memstream(&data, &size);
+	if (out)
+		write(table, out);
+	bool whole = out && !ferror(out);
+	if (out)
+		whole = fclose(out) == 0 && whole;
+	gnp_status status = whole ? gnp_file_write(path, data, size, error) : gnp_no_memory(path, 1, "table", error);
+	free(data);
+	return status;
+}
+
+enum gnp_exit gnp_real_command(const struct gnp_arguments *arguments, struct gnp_error *error)
+{
+	struct gnp_real_plan plan;
+	struct gnp_real_table table;
+	struct gnp_models *models = NULL;
+	uint64_t workers = 0;
+	if (parse_plan(arguments, &plan, &workers, error) != GNP_OK)
+		return GNP_EXIT_USAGE;
+	gnp_status status = gnp_models_load(gnp_arguments_get(arguments, "weights-dir", NULL), &models, error);
+	if (status == GNP_OK)
+		status = run_plan(&plan, models, (unsigned)workers, &table, error);
+	if (status != GNP_OK) {
+		gnp_models_release(models);
+		return gnp_exit_of(status, false);
+	}
+	gnp_real_table_write_text(&table, stdout);
+	status = save(arguments, "json", gnp_real_table_write_json, &table, error);
+	if (status == GNP_OK)
+		status = save(arguments, "markdown", gnp_real_table_write_markdown, &table, error);
+	gnp_real_table_clear(&table);
+	gnp_models_release(models);
+	if (status == GNP_OK && fflush(stdout) != 0)
+		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");
+	return gnp_exit_of(status, false);
+}
