@@ -207,28 +207,36 @@ static double energy_of(const struct side *side, const double *values)
 	return gnp_energy_quotient(&poisson->volumes, poisson->domain.area, values, side->b, equation->alpha, equation->given != NULL);
 }
 
-static gnp_status finish_sides(const struct gnp_poisson *poisson, double *b, double *x, size_t count,
-                               const int *exponent, struct gnp_pool *pool, struct gnp_task *task,
-                               const struct gnp_krylov_report *solved, double *solution,
-                               struct gnp_poisson_report *reports, struct gnp_error *error)
+/* All right-hand sides, as the solver leaves them. */
+struct sides {
+	size_t count;
+	double *b, *x;                          /* (count, rows), (count, unknowns) */
+	const int *exponent;                    /* (count) of the powers of two that were taken out */
+	const struct gnp_krylov_report *solved; /* (count) */
+};
+
+static gnp_status finish_sides(const struct gnp_poisson *poisson, const struct sides *sides, struct gnp_pool *pool,
+                               struct gnp_task *task, double *solution, struct gnp_poisson_report *reports,
+                               struct gnp_error *error)
 {
+	const struct gnp_krylov_report *solved = sides->solved;
 	const struct gnp_equation *equation = &poisson->equation;
 	size_t parts = equation->components.count + 1;
 	double *spare = gnp_array_new(equation->rows + 2 * parts, sizeof *spare);
 	gnp_status status = spare ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "solve: no memory for %zu rows", equation->rows);
-	for (size_t r = 0; r < count && status == GNP_OK; r++) {
+	for (size_t r = 0; r < sides->count && status == GNP_OK; r++) {
 		struct gnp_poisson_report report = {.residual = solved[r].residual, .iterations = solved[r].iterations};
-		struct side side = {poisson, b + r * equation->rows, x + r * equation->unknowns, spare + equation->rows,
-		                    spare + equation->rows + parts};
+		struct side side = {poisson, sides->b + r * equation->rows, sides->x + r * equation->unknowns,
+		                    spare + equation->rows, spare + equation->rows + parts};
 		status = settle_constants(&side, pool, task, &report, error);
 		if (status == GNP_OK)
 			status = measure_misfit(&side, pool, spare, &report, error);
 		if (status == GNP_OK)
-			status = write_solution(&side, r, count, pool, spare, solution, error);
+			status = write_solution(&side, r, sides->count, pool, spare, solution, error);
 		if (status == GNP_OK)
 			report.energy = energy_of(&side, spare);
 		if (status == GNP_OK)
-			status = take_power_back(poisson, r, count, exponent[r], solution, &report, error);
+			status = take_power_back(poisson, r, sides->count, sides->exponent[r], solution, &report, error);
 		if (status == GNP_OK && reports)
 			reports[r] = report;
 	}
@@ -258,7 +266,8 @@ gnp_status gnp_poisson_solve(const struct gnp_poisson *poisson, const double *so
 	if (status == GNP_OK)
 		status = gnp_solver_apply(poisson->solver, b, count, &poisson->krylov, pool, task, x, solved, error);
 	if (status == GNP_OK)
-		status = finish_sides(poisson, b, x, count, exponent, pool, task, solved, solution, reports, error);
+		status = finish_sides(poisson, &(struct sides){count, b, x, exponent, solved}, pool, task, solution, reports,
+		                      error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	free(b);
 	free(solved);
