@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/file_io.h"
 #include "clients/options.h"
 #include "clients/program.h"
 #include "clients/session.h"
@@ -12,6 +11,7 @@
 #include "weights/validate/ablation_table.h"
 #include "weights/validate/pde_table_write.h"
 #include "weights/validate/real_command.h"
+#include "weights/validate/table_file.h"
 #include "weights/validate/validation.h"
 
 static const struct gnp_option options[] = {
@@ -171,8 +171,6 @@ static gnp_status run_plan(const struct plan *plan, struct judged *judged, struc
 }
 
 /* A table of either kind as a file. */
-typedef void (*write_fn)(const void *table, FILE *out);
-
 static void write_json(const void *table, FILE *out)
 {
 	gnp_table_write_json(&((const struct judged *)table)->table, out);
@@ -189,26 +187,6 @@ static void write_markdown(const void *table, FILE *out)
 static void write_pde_markdown(const void *table, FILE *out)
 {
 	gnp_pde_table_write_markdown(table, out);
-}
-
-/* Writes the table to the file an option names, if it was given. */
-static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write, const void *table, struct gnp_error *error)
-{
-	const char *path = gnp_arguments_get(arguments, option, NULL);
-	char *data = NULL;
-	size_t size = 0;
-	if (!path)
-		return GNP_OK;
-	FILE *out = open_memstream(&data, &size);
-	if (out)
-		write(table, out);
-	bool whole = out && !ferror(out);
-	if (out)
-		whole = fclose(out) == 0 && whole;
-	gnp_status status = whole ? gnp_file_write(path, data, size, error)
-	                          : gnp_error_set(error, GNP_OUT_OF_MEMORY, "%s: no memory for the table", path);
-	free(data);
-	return status;
 }
 
 /* Says what is not judged for want of weights, which is left out unless it was named. */
@@ -280,7 +258,7 @@ static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct 
 	if (status == GNP_OK)
 		gnp_pde_table_write_text(&table, stdout);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", write_pde_markdown, &table, error);
+		status = gnp_table_file_save(arguments, "markdown", write_pde_markdown, &table, error);
 	return gnp_exit_of(status, false);
 }
 
@@ -303,9 +281,9 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 	if (status == GNP_OK && judged.ablated)
 		gnp_ablation_table_write_text(&judged.ablation, stdout);
 	if (status == GNP_OK)
-		status = save(arguments, "json", write_json, &judged, error);
+		status = gnp_table_file_save(arguments, "json", write_json, &judged, error);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", write_markdown, &judged, error);
+		status = gnp_table_file_save(arguments, "markdown", write_markdown, &judged, error);
 	gnp_table_clear(&judged.table);
 	if (status == GNP_OK && fflush(stdout) != 0)
 		status = gnp_error_set(error, GNP_IO, "standard output: cannot be written");

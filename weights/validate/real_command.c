@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/file_io.h"
 #include "clients/session.h"
 #include "core/base/names.h"
 #include "weights/validate/real_run.h"
+#include "weights/validate/table_file.h"
 
 static gnp_status parse_sections(const struct gnp_arguments *arguments, unsigned *sections, struct gnp_error *error)
 {
@@ -71,26 +71,14 @@ static gnp_status run_plan(const struct gnp_real_plan *plan, const struct gnp_mo
 	return status;
 }
 
-typedef void (*write_fn)(const struct gnp_real_table *table, FILE *out);
-
-/* Writes the table to the file an option names, if it was given. */
-static gnp_status save(const struct gnp_arguments *arguments, const char *option, write_fn write,
-                       const struct gnp_real_table *table, struct gnp_error *error)
+static void write_json(const void *table, FILE *out)
 {
-	const char *path = gnp_arguments_get(arguments, option, NULL);
-	char *data = NULL;
-	size_t size = 0;
-	if (!path)
-		return GNP_OK;
-	FILE *out = open_memstream(&data, &size);
-	if (out)
-		write(table, out);
-	bool whole = out && !ferror(out);
-	if (out)
-		whole = fclose(out) == 0 && whole;
-	gnp_status status = whole ? gnp_file_write(path, data, size, error) : gnp_no_memory(path, 1, "table", error);
-	free(data);
-	return status;
+	gnp_real_table_write_json(table, out);
+}
+
+static void write_markdown(const void *table, FILE *out)
+{
+	gnp_real_table_write_markdown(table, out);
 }
 
 enum gnp_exit gnp_real_command(const struct gnp_arguments *arguments, struct gnp_error *error)
@@ -109,9 +97,9 @@ enum gnp_exit gnp_real_command(const struct gnp_arguments *arguments, struct gnp
 		return gnp_exit_of(status, false);
 	}
 	gnp_real_table_write_text(&table, stdout);
-	status = save(arguments, "json", gnp_real_table_write_json, &table, error);
+	status = gnp_table_file_save(arguments, "json", write_json, &table, error);
 	if (status == GNP_OK)
-		status = save(arguments, "markdown", gnp_real_table_write_markdown, &table, error);
+		status = gnp_table_file_save(arguments, "markdown", write_markdown, &table, error);
 	gnp_real_table_clear(&table);
 	gnp_models_release(models);
 	if (status == GNP_OK && fflush(stdout) != 0)
