@@ -9,7 +9,10 @@
 enum kind { CHOICE, COUNT, NUMBER, TEXT, SHELLS };
 
 /* Files that must have a key: those of these heads, or none. */
-enum { POOLED = 1 << GNP_HEAD_POOLED, PROJECTION = 1 << GNP_HEAD_PROJECTION, EVERY = POOLED | PROJECTION, OPTIONAL = 0 };
+enum {
+	POOLED = 1 << GNP_HEAD_POOLED, PROJECTION = 1 << GNP_HEAD_PROJECTION, WEIGHTED = 1 << GNP_HEAD_WEIGHTED,
+	PATCHED = POOLED | PROJECTION, EVERY = PATCHED | WEIGHTED, OPTIONAL = 0
+};
 
 struct key {
 	const char *name;
@@ -52,11 +55,13 @@ static const struct key keys[] = {
 	{"quadrature", COUNT, ARCHITECTURE(quadrature), EVERY, 1, UINT_MAX, NULL},
 	{"head_width", COUNT, ARCHITECTURE(head_width), EVERY, 1, UINT_MAX, NULL},
 	{"outputs", COUNT, ARCHITECTURE(outputs), EVERY, 1, UINT_MAX, NULL},
+	{"node_width", COUNT, ARCHITECTURE(node_width), WEIGHTED, 1, UINT_MAX, NULL},
+	{"frame_width", COUNT, ARCHITECTURE(frame_width), WEIGHTED, 1, UINT_MAX, NULL},
 	{"shells", SHELLS, 0, PROJECTION, 1, UINT_MAX, NULL},
 	{"ridge", NUMBER, ARCHITECTURE(ridge), PROJECTION, 1e-15, 1, NULL},
-	{"k", COUNT, RECIPE(k), EVERY, 12, 500, NULL},
-	{"buffer", NUMBER, RECIPE(buffer), EVERY, 1, 4, NULL},
-	{"height_scale", NUMBER, RECIPE(height_scale), EVERY, 0.01, 100, NULL},
+	{"k", COUNT, RECIPE(k), PATCHED, 12, 500, NULL},
+	{"buffer", NUMBER, RECIPE(buffer), PATCHED, 1, 4, NULL},
+	{"height_scale", NUMBER, RECIPE(height_scale), PATCHED, 0.01, 100, NULL},
 	{"delta0_ratio", NUMBER, RECIPE(delta0_ratio), OPTIONAL, 1e-6, 100, NULL},
 	{"delta0", NUMBER, RECIPE(delta0), OPTIONAL, 1e-12, 1e12, NULL},
 	{"regime", TEXT, offsetof(struct gnp_model_description, regime), EVERY, 0, 0, NULL},
@@ -176,6 +181,18 @@ bool gnp_model_key_known(const char *name)
 	return false;
 }
 
+/* Models of patches need one of the two, others none. */
+static gnp_status check_delta0(const struct gnp_safetensors *file, const struct gnp_model_description *description,
+                               struct gnp_error *error)
+{
+	int need = (PATCHED & 1u << description->architecture.head) != 0;
+	int have = (description->recipe.delta0 > 0) + (description->recipe.delta0_ratio > 0);
+	if (have == need)
+		return GNP_OK;
+	return gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": got %s, need %s of them",
+	                              have == 2 ? "both" : have ? "one" : "none", need ? "one" : "none");
+}
+
 gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out,
                                struct gnp_error *error)
 {
@@ -188,11 +205,7 @@ gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_mo
 		if (!gnp_model_key_known(entry->key))
 			status = gnp_safetensors_refuse(file, error,
 			                                "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
-	if (status == GNP_OK && (out->recipe.delta0 > 0) == (out->recipe.delta0_ratio > 0))
-		status = gnp_safetensors_refuse(file, error,
-		                                "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
-		                            out->recipe.delta0 > 0 ? "both" : "none");
-	return status;
+	return status == GNP_OK ? check_delta0(file, out, error) : status;
 }
 
 /* ---- To metadata ---- */

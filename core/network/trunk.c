@@ -240,7 +240,19 @@ static bool hidden_layer_backward(const struct gnp_trunk_pass *pass, unsigned la
 	return kinds[network->architecture.trunk].integral_backward(pass, layer, dz, dvalues);
 }
 
-static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
+/* dvalues (rows of the tape) += dnodes (rows of the batch). */
+static void add_nodes(const struct gnp_trunk_tape *tape, size_t width, const float *dnodes, float *dvalues)
+{
+	for (size_t i = 0; i < tape->rows * width; i++)
+		dvalues[i] += dnodes[i];
+}
+
+const float *gnp_trunk_nodes(const struct gnp_network *network, const struct gnp_trunk_tape *tape)
+{
+	return tape->values[network->architecture.layers - 1];
+}
+
+static bool backward(const struct gnp_trunk_pass *pass, const float *dmean, const float *dnodes)
 {
 	const struct gnp_architecture *a = &pass->network->architecture;
 	const struct gnp_trunk_tape *tape = pass->tape;
@@ -249,6 +261,8 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
 	float *dz = gnp_scratch_take(pass->scratch, tape->rows * a->width, sizeof *dz);
 	if (!dvalues || !dz || !last_layer_backward(pass, dmean, dvalues))
 		return false;
+	if (dnodes)
+		add_nodes(tape, a->width, dnodes, dvalues);
 	for (unsigned layer = a->layers - 1; layer-- > 0;)
 		if (!hidden_layer_backward(pass, layer, dvalues, dz))
 			return false;
@@ -258,11 +272,11 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
 }
 
 gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
-                              float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+                              const float *dnodes, float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, (struct gnp_trunk_tape *)tape, gradient, scratch};
-	bool done = backward(&pass, dmean);
+	bool done = backward(&pass, dmean, dnodes);
 	gnp_scratch_release(scratch, mark);
 	if (!done)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
