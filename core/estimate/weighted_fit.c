@@ -90,6 +90,23 @@ static double scale_of(const struct gnp_support *support, const struct gnp_weigh
 	return fmax(sqrt(2 * square / fit->total), 1e-6);
 }
 
+/* Root mean square of heights over the surface [length], of points that are of the piece: the least weight of others is
+ * little, but they may be far off. A node of m points has 1 / m of their variance. */
+static double residual_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+{
+	double sum = 0, count = 1e-300;
+	for (size_t i = 0; i < support->nodes; i++) {
+		double r = support->y[i];
+		if (fit->share[i] < DOUBTED)
+			continue;
+		for (size_t c = 0; c < SIZE; c++)
+			r -= fit->coefficients[c] * support->rows[i * STRIDE + c];
+		sum += fit->weight[i] * r * r;
+		count += fit->weight[i] / support->weight[i];
+	}
+	return sqrt(sum / count) * support->radius;
+}
+
 /* Coefficients and factor, whose diagonal holds inverses, in units of scale instead of R. */
 static void restate(const struct gnp_weighted_fit *fit, double scale, double *coefficients, double *factor)
 {
@@ -137,7 +154,7 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 	for (size_t i = 0; i < SIZE && !fit->solved; i++)
 		factor[i * STRIDE + i] = 1; /* nothing to go by: the plane of the frame, with no knowledge of anything */
 	double scale = share * support->radius;
-	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = sqrt(fit->misfit) * support->radius};
+	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = residual_of(support, fit)};
 	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
 	                                    .scale_xy = scale, .scale_w = scale, .factor = factor,
 	                                    .variance = fmax(fit->misfit, 1e-300) / (share * share)};
