@@ -38,32 +38,43 @@ static void scale_to_unit(double vector[3])
 		vector[c] /= length;
 }
 
-/* By the mean of the given normals about the centre that face as its own does. */
+/* psi3 by the mean of the given normals about the centre that face as its own does, psi1 the axis it leans to least. */
 static void frame_by_normals(const struct gnp_support_cloud *cloud, const uint32_t *index, size_t count,
                              double frame[3][3])
 {
 	const double *own = cloud->normals + 3 * (size_t)index[0];
-	double mean[3] = {0};
+	double mean[3] = {0}, along[3];
+	int axis = 0;
 	for (size_t i = 0; i < count && i < NEAR; i++) {
 		const double *normal = cloud->normals + 3 * (size_t)index[i];
 		for (int c = 0; gnp_dot(normal, own) > 0.5 && c < 3; c++)
 			mean[c] += normal[c];
 	}
 	scale_to_unit(mean);
-	int axis = fabs(mean[0]) < 0.6 ? 0 : 1;
+	for (int a = 0; a < 3; a++) {
+		along[a] = gnp_dot(frame[a], mean);
+		axis = fabs(along[a]) < fabs(along[axis]) ? a : axis;
+	}
 	for (int c = 0; c < 3; c++)
-		frame[0][c] = (c == axis) - mean[axis] * mean[c];
+		frame[0][c] = frame[axis][c] - along[axis] * mean[c];
 	scale_to_unit(frame[0]);
 	memcpy(frame[2], mean, sizeof mean);
 }
 
-/* psi3 to the side of the centre's normal, the frame right-handed and turned. */
-static void orient(const double normal[3], double turn, double frame[3][3])
+/* psi3 to the side of the centre's normal and psi1 to that of the points, the frame right-handed and turned: an axis has no
+ * direction of its own that would turn with the cloud. */
+static void orient(const struct gnp_support_cloud *cloud, const uint32_t *index, double turn, struct gnp_support *out)
 {
-	double first[3];
-	if (gnp_dot(frame[2], normal) < 0)
+	const double *origin = cloud->points + 3 * (size_t)out->centre, *normal = cloud->normals + 3 * (size_t)out->centre;
+	double(*frame)[3] = out->frame, first[3], side[3] = {0};
+	for (size_t i = 0; i < out->points; i++)
 		for (int c = 0; c < 3; c++)
-			frame[2][c] = -frame[2][c];
+			side[c] += cloud->points[3 * (size_t)index[i] + (size_t)c] - origin[c];
+	double up = gnp_dot(frame[2], normal) < 0 ? -1 : 1, along = gnp_dot(frame[0], side) < 0 ? -1 : 1;
+	for (int c = 0; c < 3; c++) {
+		frame[2][c] *= up;
+		frame[0][c] *= along;
+	}
 	gnp_cross(frame[2], frame[0], frame[1]);
 	for (int c = 0; c < 3; c++)
 		first[c] = cos(turn) * frame[0][c] + sin(turn) * frame[1][c];
@@ -204,7 +215,7 @@ bool gnp_support_build(const struct gnp_support_cloud *cloud, uint32_t centre, c
 	memcpy(out->frame, ladder->frames[step], sizeof out->frame);
 	if (cloud->given && fabs(gnp_dot(out->frame[2], normal)) < 0.5)
 		frame_by_normals(cloud, index, count, out->frame);
-	orient(normal, turn, out->frame);
+	orient(cloud, index, turn, out);
 	memcpy(out->member, index, out->points * sizeof *index);
 	gather(cloud, out);
 	describe(cloud, ladder, out);

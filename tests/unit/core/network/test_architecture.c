@@ -47,7 +47,7 @@ static void what_does_not_fit_is_named(void)
 		const char *text;
 	} rows[] = {{offsetof(struct gnp_architecture, width), 66, "width: got 66, need a multiple of the 4 channels"},
 	            {offsetof(struct gnp_architecture, layers), 0, "layers: got 0, need 1..12"},
-	            {offsetof(struct gnp_architecture, features), 9, "features: got 9, need 3..8"},
+	            {offsetof(struct gnp_architecture, features), 17, "features: got 17, need 3..16"},
 	            {offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
 	            {offsetof(struct gnp_architecture, outputs), 17, "outputs: got 17, need 16..16"},
 	            {offsetof(struct gnp_architecture, trunk), 2, "trunk: got 2, need 0..1"}};
