@@ -112,27 +112,41 @@ static void run_nodes(const float *w, const struct places *at, const struct size
 	gnp_dense_forward(pass->rows, s->node, 1, pass->node_hidden, s->node, w + at->last, s->node, w + at->last_bias, pass->logits);
 }
 
-gnp_status gnp_weighted_forward(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count,
-                                struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error)
+/* keep: what backward needs. */
+static gnp_status forward(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count, bool keep,
+                          struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const struct sizes s = sizes_of(&network->architecture);
 	const struct places at = places_of(network);
 	const float *w = network->parameters;
-	float *mean = take(scratch, count, s.width);
-	if (!mean || !take_pass(&s, supports, count, pass, scratch))
+	float *mean = take(scratch, count, s.width), *values = NULL;
+	if (!mean || !take_pass(&s, supports, count, pass, scratch) || (!keep && !(values = take(scratch, pass->rows, s.width))))
 		return gnp_no_memory("weighted", count, "supports", error);
 	for (size_t p = 0; p < count; p++)
 		memcpy(pass->nodes + pass->start[p] * FEATURES, supports[p]->features, pass->inner[p] * FEATURES * sizeof(float));
 	const struct gnp_network_batch batch = {count, pass->start, pass->inner, pass->nodes};
-	gnp_status status = gnp_trunk_forward(network, &batch, mean, &pass->trunk, scratch, error);
+	gnp_status status = keep ? gnp_trunk_forward(network, &batch, mean, &pass->trunk, scratch, error)
+	                         : gnp_trunk_forward_nodes(network, &batch, mean, values, scratch, error);
 	if (status != GNP_OK)
 		return status;
 	fill_inputs(w, &at, &s, supports, mean, pass);
 	run_context(w, &at, &s, pass);
-	run_nodes(w, &at, &s, gnp_trunk_nodes(network, pass->trunk), pass);
+	run_nodes(w, &at, &s, keep ? gnp_trunk_nodes(network, pass->trunk) : values, pass);
 	for (size_t p = 0; p < count; p++)
 		gnp_weighted_solve(supports[p], pass->outputs + p * OUTPUTS, pass->logits + pass->start[p], &pass->fits[p]);
 	return GNP_OK;
+}
+
+gnp_status gnp_weighted_forward(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count,
+                                struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return forward(network, supports, count, true, pass, scratch, error);
+}
+
+gnp_status gnp_weighted_infer(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count,
+                              struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return forward(network, supports, count, false, pass, scratch, error);
 }
 
 /* ---- Backward ---- */
@@ -211,8 +225,10 @@ gnp_status gnp_weighted_backward(const struct gnp_network *network, const struct
 	const float *w = network->parameters;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct derivatives d;
-	if (!take_derivatives(&s, pass, &d, scratch))
+	if (!take_derivatives(&s, pass, &d, scratch)) {
+		gnp_scratch_release(scratch, mark);
 		return gnp_no_memory("weighted", pass->count, "supports", error);
+	}
 	for (size_t p = 0; p < pass->count; p++)
 		gnp_weighted_solve_backward(supports[p], pass->outputs + p * OUTPUTS, &pass->fits[p], dcoefficients + p * GNP_TAYLOR_SIZE,
 		                            dshares + pass->start[p], doutputs + p * OUTPUTS, d.logits + pass->start[p]);

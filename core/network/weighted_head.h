@@ -24,12 +24,16 @@ struct gnp_weighted_pass {
 	float *inputs, *hidden[2];        /* (count, width + summary), (count, head_width) */
 	float *context;                   /* (count, node_width) */
 	float *node_inputs, *node_hidden; /* (rows, width + features), (rows, node_width) */
-	const struct gnp_trunk_tape *trunk;
+	const struct gnp_trunk_tape *trunk; /* NULL: there is no way back */
 };
 
 /* Fits all supports (count >= 1, pointers). GNP_OUT_OF_MEMORY. */
 gnp_status gnp_weighted_forward(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count,
                                 struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error);
+
+/* The same fits, outputs and logits without what only backward needs: for answers. */
+gnp_status gnp_weighted_infer(const struct gnp_network *network, const struct gnp_support *const *supports, size_t count,
+                              struct gnp_weighted_pass *pass, struct gnp_scratch *scratch, struct gnp_error *error);
 
 /* Adds d loss / d parameters to gradient (the layout's total), given d loss / d coefficients (count, GNP_TAYLOR_SIZE), of
  * shares (rows), and of outputs (count, GNP_WEIGHTED_OUTPUTS), where those of penalties and reach are overwritten by what

@@ -128,7 +128,7 @@ static void run_network(struct bench *bench, double *spent)
 		spent[FORWARD] += seconds() - from;
 		gnp_scratch_release(bench->scratch, mark);
 		from = seconds();
-		if (gnp_weighted_forward(bench->network, bench->list + b, BATCH, &pass, bench->scratch, NULL) != GNP_OK)
+		if (gnp_weighted_infer(bench->network, bench->list + b, BATCH, &pass, bench->scratch, NULL) != GNP_OK)
 			exit(1);
 		spent[INFER] += seconds() - from;
 		from = seconds();

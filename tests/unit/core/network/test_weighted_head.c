@@ -253,6 +253,24 @@ static void forward_is_the_definition(void)
 	}
 }
 
+/* Answers are the bytes of the forward pass that keeps a tape. */
+static void answers_need_no_tape(void)
+{
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	struct gnp_weighted_pass kept, bare;
+	struct setting setting;
+	make(&deep, &setting);
+	CHECK(gnp_weighted_forward(setting.network, list, SUPPORTS, &kept, scratch, NULL) == GNP_OK);
+	CHECK(gnp_weighted_infer(setting.network, list, SUPPORTS, &bare, scratch, NULL) == GNP_OK);
+	CHECK(kept.trunk && !bare.trunk && bare.rows == kept.rows);
+	CHECK(memcmp(bare.outputs, kept.outputs, SUPPORTS * OUTPUTS * sizeof(float)) == 0);
+	CHECK(memcmp(bare.logits, kept.logits, kept.rows * sizeof(float)) == 0);
+	for (size_t p = 0; p < SUPPORTS; p++)
+		CHECK(memcmp(bare.fits[p].coefficients, kept.fits[p].coefficients, sizeof kept.fits[p].coefficients) == 0);
+	gnp_scratch_free(scratch);
+	drop(&setting);
+}
+
 /* ---- Backward ---- */
 
 /* A linear loss of coefficients, shares and outputs. */
@@ -390,7 +408,8 @@ static void outputs_of_errors_teach_their_own_weights_alone(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(forward_is_the_definition), TEST(backward_is_by_differences),
+	static const struct test tests[] = {TEST(forward_is_the_definition), TEST(answers_need_no_tape),
+	                                    TEST(backward_is_by_differences),
 	                                    TEST(outputs_of_errors_teach_their_own_weights_alone)};
 	gnp_linalg_init();
 	make_supports();
