@@ -1,5 +1,6 @@
 /* The choice of frames against its definition in double, and its derivatives by differences of that. */
 #include "core/base/random.h"
+#include "core/linear/linalg.h"
 #include "core/network/frame_choice.h"
 #include "core/support/weighted_projection.h"
 #include "tests/unit/test.h"
@@ -144,6 +145,7 @@ static void derivatives_are_differences_and_are_added(void)
 
 int main(int argc, char **argv)
 {
+	gnp_linalg_init();
 	static const struct test tests[] = {TEST(scores_are_those_of_the_definition),
 	                                    TEST(the_highest_score_of_the_steps_there_are_is_taken),
 	                                    TEST(derivatives_are_differences_and_are_added)};
