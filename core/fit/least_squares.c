@@ -38,7 +38,8 @@ GNP_INLINE void moment_body(const double *phi, const double *weight, const doubl
 	}
 }
 
-GNP_INLINE void residuals_body(const double *phi, const double *y, size_t count, size_t stride, const double *c, double *residual)
+GNP_INLINE void residuals_body(const double *phi, const double *y, size_t count, size_t stride, const double *c,
+                               double *residual)
 {
 	for (size_t i = 0; i < count; i++) {
 		gnp_v8 sum = {0};

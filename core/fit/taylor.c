@@ -41,7 +41,8 @@ GNP_SIMD_DISPATCH(, gnp_taylor_rows, rows_choose,
                   (degree, u, v, count, stride, rows))
 
 /* A lane is a set. The constant is 1 at absent points too: it is not summed. */
-GNP_INLINE void means_body(const double *u, const double *v, size_t many, const double *share, size_t sets, double *rows)
+GNP_INLINE void means_body(const double *u, const double *v, size_t many, const double *share, size_t sets,
+                           double *rows)
 {
 	gnp_v8 sum[GNP_TAYLOR_SIZE] = {{0}}, row[GNP_TAYLOR_SIZE];
 	row[0] = (gnp_v8){1, 1, 1, 1, 1, 1, 1, 1};

@@ -255,7 +255,8 @@ gnp_status gnp_model_keys_write(const char *path, const struct gnp_model_descrip
 	const char *fault = delta0_fault(description);
 	size_t made = 0;
 	if (fault)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"delta0\" and \"delta0_ratio\": %s", path, fault);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"delta0\" and \"delta0_ratio\": %s", path,
+		                     fault);
 	for (size_t i = 0; i < KEYS; i++) {
 		struct gnp_safetensors_metadata *entry = &metadata[made];
 		if (!write_value(&keys[i], description, buffers[i], &entry->value))

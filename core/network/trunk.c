@@ -184,8 +184,9 @@ static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_network_
 }
 
 /* nodes and tape: NULL where they are not wanted. */
-static gnp_status run(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean, float *nodes,
-                      const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status run(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
+                      float *nodes, const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch,
+                      struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, gnp_scratch_take(scratch, 1, sizeof *pass.tape), NULL, scratch};
@@ -193,7 +194,8 @@ static gnp_status run(const struct gnp_network *network, const struct gnp_networ
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
 		                     "operator: no memory for %zu nodes", batch->start[batch->patches]);
 	if (nodes)
-		memcpy(nodes, gnp_trunk_nodes(network, pass.tape), pass.tape->rows * network->architecture.width * sizeof *nodes);
+		memcpy(nodes, gnp_trunk_nodes(network, pass.tape),
+		       pass.tape->rows * network->architecture.width * sizeof *nodes);
 	if (tape)
 		*tape = pass.tape;
 	else
@@ -207,8 +209,8 @@ gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp
 	return run(network, batch, mean, NULL, tape, scratch, error);
 }
 
-gnp_status gnp_trunk_forward_nodes(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
-                                   float *nodes, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_trunk_forward_nodes(const struct gnp_network *network, const struct gnp_network_batch *batch,
+                                   float *mean, float *nodes, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	return run(network, batch, mean, nodes, NULL, scratch, error);
 }
@@ -287,7 +289,8 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean, cons
 }
 
 gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
-                              const float *dnodes, float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+                              const float *dnodes, float *gradient, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, (struct gnp_trunk_tape *)tape, gradient, scratch};

@@ -9,7 +9,8 @@ enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, ORDERS = GNP_TAYLOR_D
 
 static const double RIDGE = 1e-6, SMALLEST = 1e-15;
 
-void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y, size_t count)
+void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y,
+                        size_t count)
 {
 	_Alignas(64) double gram[STRIDE * STRIDE];
 	double moment[STRIDE];

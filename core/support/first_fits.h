@@ -18,7 +18,8 @@ struct gnp_first_sums {
 };
 
 /* rows (count, GNP_TAYLOR_STRIDE), weights and y (count). */
-void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y, size_t count);
+void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y,
+                        size_t count);
 
 struct gnp_first_fit {
 	double mean[GNP_TAYLOR_STRIDE]; /* 0 past the functions */

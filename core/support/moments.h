@@ -37,8 +37,8 @@ static inline void gnp_moments_axes(const struct gnp_moments *moments, double va
 	gnp_eigen_symmetric3(upper, variance, axes);
 }
 
-/* How flat points are: lambda_3 / lambda_2, rounding aside, at most 1, which points on a line have; and how far they span
- * two directions: lambda_2 / lambda_1. Points at one place are flat and span nothing. */
+/* How flat points are: lambda_3 / lambda_2, rounding aside, at most 1, which points on a line have; and how far they
+ * span two directions: lambda_2 / lambda_1. Points at one place are flat and span nothing. */
 static inline double gnp_moments_flatness(const double variance[3])
 {
 	double rounding = 1e-14 * variance[0];

@@ -9,7 +9,8 @@
 #include "core/support/first_fits.h"
 
 enum {
-	SINGLES = GNP_SUPPORT_SINGLES, RINGS = 4, NEAR = 12, GROUP = 27, STRIDE = GNP_TAYLOR_STRIDE, FEATURES = GNP_SUPPORT_FEATURES,
+	SINGLES = GNP_SUPPORT_SINGLES, RINGS = 4, NEAR = 12, GROUP = 27,
+	STRIDE = GNP_TAYLOR_STRIDE, FEATURES = GNP_SUPPORT_FEATURES,
 	LANES = GNP_SIMD_WIDTH
 };
 
@@ -66,8 +67,8 @@ static void frame_by_normals(const struct gnp_support_cloud *cloud, const uint32
 	memcpy(frame[2], mean, sizeof mean);
 }
 
-/* psi3 to the side of the centre's normal and psi1 to that of the points, the frame right-handed and turned: an axis has no
- * direction of its own that would turn with the cloud. */
+/* psi3 to the side of the centre's normal and psi1 to that of the points, the frame right-handed and turned: an axis
+ * has no direction of its own that would turn with the cloud. */
 static void orient(const double normal[3], const double side[3], double turn, double frame[3][3])
 {
 	double first[3], up = gnp_dot(frame[2], normal) < 0 ? -1 : 1, along = gnp_dot(frame[0], side) < 0 ? -1 : 1;
@@ -124,14 +125,15 @@ struct blocks {
 };
 
 /* Appends a node of the members `from` on to a block. */
-static void fill_node(const struct gnp_support_cloud *cloud, size_t from, size_t count, struct block *block, struct blocks *all,
-                      struct gnp_support *out)
+static void fill_node(const struct gnp_support_cloud *cloud, size_t from, size_t count, struct block *block,
+                      struct blocks *all, struct gnp_support *out)
 {
 	const double *origin = cloud->points + 3 * (size_t)out->centre;
 	size_t lane = block->nodes++, n = out->nodes++;
 	double normal[3] = {0};
 	for (size_t i = 0; i < count; i++) {
-		const double *p = cloud->points + 3 * (size_t)out->member[from + i], *m = cloud->normals + 3 * (size_t)out->member[from + i];
+		size_t at = 3 * (size_t)out->member[from + i];
+		const double *p = cloud->points + at, *m = cloud->normals + at;
 		double *d = block->difference + i * 3 * LANES + lane;
 		for (size_t c = 0; c < 3; c++) {
 			d[c * LANES] = p[c] - origin[c];
@@ -170,8 +172,8 @@ static void gather(const struct gnp_support_cloud *cloud, struct blocks *all, st
 }
 
 /* Of a block in the frame: u, v (many, LANES), and means of heights and distances. */
-GNP_INLINE void project_body(const struct block *block, const double (*frame)[3], double inverse, double *u, double *v, double *y,
-                             double *distance)
+GNP_INLINE void project_body(const struct block *block, const double (*frame)[3], double inverse, double *u, double *v,
+                             double *y, double *distance)
 {
 	gnp_v8 height = {0}, far = {0}, share = *(const gnp_v8u *)block->share * inverse;
 	for (size_t i = 0; i < block->many; i++) {
@@ -213,7 +215,8 @@ static void fill_nodes(const struct blocks *all, struct gnp_support *out)
 
 /* ---- What a network sees ---- */
 
-static void fill_features(const struct gnp_first_fit *narrow, const struct gnp_first_fit *middle, struct gnp_support *out)
+static void fill_features(const struct gnp_first_fit *narrow, const struct gnp_first_fit *middle,
+                          struct gnp_support *out)
 {
 	double left[2][GNP_SUPPORT_NODES], height = 1e-15;
 	gnp_residuals(out->rows, out->y, out->nodes, STRIDE, narrow->mean, left[0]);

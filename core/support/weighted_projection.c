@@ -16,7 +16,8 @@ static double limited(double x, double most)
 	return fmax(-most, fmin(most, x));
 }
 
-static void weigh(const struct gnp_support *support, const float *outputs, const float *logits, struct gnp_weighted_fit *fit)
+static void weigh(const struct gnp_support *support, const float *outputs, const float *logits,
+                  struct gnp_weighted_fit *fit)
 {
 	double reach = exp(REACH_SLOPE * limited((double)outputs[GNP_WEIGHTED_REACH], REACH_MAX));
 	fit->total = 0;
@@ -76,8 +77,9 @@ static void evaluate(const struct gnp_support *support, const double *c, double 
 	gnp_residuals(support->rows, none, support->nodes, STRIDE, c, value);
 }
 
-void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs, const struct gnp_weighted_fit *fit,
-                                 const double *dcoefficients, const double *dshare, float *doutputs, float *dlogits)
+void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs,
+                                 const struct gnp_weighted_fit *fit, const double *dcoefficients, const double *dshare,
+                                 float *doutputs, float *dlogits)
 {
 	double adjoint[STRIDE] = {0}, dridge[ORDERS] = {0}, dreach = 0, factorial[SIZE];
 	double left[GNP_SUPPORT_NODES], along[GNP_SUPPORT_NODES];
@@ -101,10 +103,12 @@ void gnp_weighted_solve_backward(const struct gnp_support *support, const float 
 		dlogits[i] = (float)((dweight * window + dshare[i]) * s * (1 - s));
 		dreach += dweight * s * 4 * window * (1 - window);
 	}
-	doutputs[GNP_WEIGHTED_REACH] = fabs((double)outputs[GNP_WEIGHTED_REACH]) > REACH_MAX ? 0 : (float)(REACH_SLOPE * dreach);
+	doutputs[GNP_WEIGHTED_REACH] =
+		fabs((double)outputs[GNP_WEIGHTED_REACH]) > REACH_MAX ? 0 : (float)(REACH_SLOPE * dreach);
 }
 
-struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support,
+                                                     const struct gnp_weighted_fit *fit)
 {
 	enum { FIRST = 1, LAST = 5 }; /* coefficients of u, v, u^2, u v, v^2 */
 	double column[LAST + 1][STRIDE], sum[LAST + 1] = {0}, along[GNP_SUPPORT_NODES];

@@ -1,6 +1,7 @@
-/* bench_support [POINTS]: what a point costs the head `weighted`, in one thread: search, ladder, nodes, first fits, choice of the frame, network
- * and solution, of supports that reach 144, 432 and 1296 points of a torus with noise. Microseconds of processor time, so that
- * other work on the machine disturbs them less; each the least of several runs over the same points. */
+/* bench_support [POINTS]: what a point costs the head `weighted`, in one thread: search, ladder, nodes, first fits,
+ * choice of the frame, network and solution, of supports that reach 144, 432 and 1296 points of a torus with noise.
+ * Microseconds of processor time, so that other work on the machine disturbs them less; each the least of several runs
+ * over the same points. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,12 +19,14 @@
 enum { CHUNK = 64, BATCH = 16, RUNS = 5, STRIDE = GNP_TAYLOR_STRIDE };
 
 static const struct gnp_architecture architecture = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 32, .channels = 4, .neurons = 32,
-	.layers = 3, .quadrature = 64, .head_width = 64, .outputs = GNP_WEIGHTED_OUTPUTS, .node_width = 32, .frame_width = 48};
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 32,
+	.channels = 4, .neurons = 32, .layers = 3, .quadrature = 64, .head_width = 64, .outputs = GNP_WEIGHTED_OUTPUTS,
+	.node_width = 32, .frame_width = 48};
 
 enum part { SEARCH, LADDER, CHOICE, BUILD, FIRST_FITS, FORWARD, INFER, SOLVE, PARTS };
-static const char *const names[PARTS] = {"search", "ladder", "choice of the frame", "support", " of it first fits", "forward, for training",
-                                         "forward", " of it solutions"};
+static const char *const names[PARTS] = {
+	"search",  "ladder",          "choice of the frame", "support", " of it first fits", "forward, for training",
+	"forward", " of it solutions"};
 
 struct bench {
 	size_t count;
@@ -73,12 +76,14 @@ static void make_cloud(struct bench *bench, size_t count)
 	}
 	free(order);
 	free(drawn);
-	if (gnp_neighbors_build(bench->points, count, &neighbors, NULL) != GNP_OK || gnp_pool_create(1, &pool, NULL) != GNP_OK)
+	if (gnp_neighbors_build(bench->points, count, &neighbors, NULL) != GNP_OK ||
+	    gnp_pool_create(1, &pool, NULL) != GNP_OK)
 		exit(1);
 	double from = gnp_clock();
 	if (gnp_roughness_measure(neighbors, pool, NULL, &bench->roughness, NULL) != GNP_OK)
 		exit(1);
-	printf("roughness of %zu points: %.2f us a point of the cloud\n", count, (gnp_clock() - from) / (double)count * 1e6);
+	printf("roughness of %zu points: %.2f us a point of the cloud\n", count,
+	       (gnp_clock() - from) / (double)count * 1e6);
 	gnp_pool_free(pool);
 	bench->cloud = (struct gnp_support_cloud){bench->points, bench->normals, false, neighbors, &bench->roughness};
 }
@@ -133,7 +138,8 @@ static void run_network(struct bench *bench, double *spent)
 		spent[INFER] += seconds() - from;
 		from = seconds();
 		for (size_t p = 0; p < BATCH; p++)
-			gnp_weighted_solve(bench->list[b + p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, pass.logits + pass.start[p], &pass.fits[p]);
+			gnp_weighted_solve(bench->list[b + p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, pass.logits + pass.start[p],
+			                   &pass.fits[p]);
 		spent[SOLVE] += seconds() - from;
 		gnp_scratch_release(bench->scratch, mark);
 	}
@@ -149,7 +155,8 @@ static void run_chunk(struct bench *bench, size_t first, unsigned step, double *
 	for (size_t i = 0; i < CHUNK; i++)
 		centres[i] = (uint32_t)(first + i);
 	double from = seconds(), to;
-	if (gnp_neighborhoods_find(bench->cloud.neighbors, centres, CHUNK, reach, 1, reach, bench->scratch, &found, NULL) != GNP_OK)
+	if (gnp_neighborhoods_find(bench->cloud.neighbors, centres, CHUNK, reach, 1, reach, bench->scratch, &found, NULL) !=
+	    GNP_OK)
 		exit(1);
 	spent[SEARCH] += seconds() - from;
 	for (size_t i = 0; i < CHUNK; i++) {
@@ -161,8 +168,8 @@ static void run_chunk(struct bench *bench, size_t first, unsigned step, double *
 		volatile unsigned chosen = gnp_frame_choose(bench->network, &ladder);
 		(void)chosen;
 		spent[CHOICE] += (from = seconds()) - to;
-		if (!gnp_support_build(&bench->cloud, centres[i], &ladder, step, found.index + begin, found.distance + begin, count, 0,
-		                       &bench->supports[i]))
+		if (!gnp_support_build(&bench->cloud, centres[i], &ladder, step, found.index + begin, found.distance + begin,
+		                       count, 0, &bench->supports[i]))
 			exit(1);
 		spent[BUILD] += (to = seconds()) - from;
 		fit_first(&bench->supports[i]);
@@ -177,8 +184,10 @@ static void report(const double *spent, unsigned step, size_t centres)
 	double whole = spent[SEARCH] + spent[LADDER] + spent[CHOICE] + spent[BUILD] + spent[INFER];
 	printf("supports of %zu points:\n", gnp_support_reach(step));
 	for (int part = 0; part < PARTS; part++)
-		printf("  %-22s %7.2f us, %8.0f a second\n", names[part], spent[part] / (double)centres * 1e6, (double)centres / spent[part]);
-	printf("  %-22s %7.2f us, %8.0f a second\n", "all but training", whole / (double)centres * 1e6, (double)centres / whole);
+		printf("  %-22s %7.2f us, %8.0f a second\n", names[part], spent[part] / (double)centres * 1e6,
+		       (double)centres / spent[part]);
+	printf("  %-22s %7.2f us, %8.0f a second\n", "all but training", whole / (double)centres * 1e6,
+	       (double)centres / whole);
 }
 
 int main(int argc, char **argv)

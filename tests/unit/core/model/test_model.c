@@ -18,8 +18,8 @@ static const struct gnp_architecture edge = {
 	.quadrature = 4, .head_width = 6, .outputs = 16};
 /* Its supports follow from the cloud: no recipe of patches. */
 static const struct gnp_architecture weighted = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = 10, .width = 8, .channels = 2, .neurons = 5, .layers = 2,
-	.quadrature = 4, .head_width = 6, .node_width = 7, .frame_width = 9, .outputs = 15};
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = 10, .width = 8, .channels = 2, .neurons = 5,
+	.layers = 2, .quadrature = 4, .head_width = 6, .node_width = 7, .frame_width = 9, .outputs = 15};
 static const struct gnp_recipe recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.13};
 
 /* Lays out an architecture and draws parameters for it, for free(). */
@@ -134,7 +134,8 @@ static void a_weighted_model_is_kept_without_a_recipe(void)
 		for (size_t i = 0; i < sizeof absent / sizeof absent[0]; i++)
 			CHECK(!gnp_safetensors_metadata_find(model->file, absent[i]));
 		CHECK_STRING(gnp_safetensors_metadata_find(model->file, "head"), "weighted");
-		CHECK(memcmp(&model->architecture, &weighted, sizeof weighted) == 0 && model->recipe.k == 0 && model->recipe.delta0 == 0);
+		CHECK(memcmp(&model->architecture, &weighted, sizeof weighted) == 0 && model->recipe.k == 0 &&
+		      model->recipe.delta0 == 0);
 		CHECK(memcmp(model->network->parameters, parameters, layout.total * sizeof(float)) == 0);
 		free(parameters);
 	}
@@ -172,9 +173,9 @@ static const struct gnp_safetensors_metadata good[] = {
 enum { GOOD = sizeof good / sizeof good[0] };
 
 static const struct gnp_safetensors_metadata good_weighted[] = {
-	{"gnp_format", "1"}, {"trunk", "separable"}, {"head", "weighted"}, {"features", "10"}, {"width", "8"}, {"channels", "2"},
-	{"neurons", "5"}, {"layers", "2"}, {"quadrature", "4"}, {"head_width", "6"}, {"outputs", "15"}, {"node_width", "7"},
-	{"frame_width", "9"}, {"regime", "any"}};
+	{"gnp_format", "1"}, {"trunk", "separable"}, {"head", "weighted"}, {"features", "10"},  {"width", "8"},
+	{"channels", "2"},   {"neurons", "5"},       {"layers", "2"},      {"quadrature", "4"}, {"head_width", "6"},
+	{"outputs", "15"},   {"node_width", "7"},    {"frame_width", "9"}, {"regime", "any"}};
 enum { GOOD_WEIGHTED = sizeof good_weighted / sizeof good_weighted[0] };
 
 struct fault {
@@ -186,8 +187,8 @@ struct fault {
 };
 
 /* Of a file that is right but for the fault. */
-static void check_fault_of(const struct gnp_architecture *architecture, const struct gnp_safetensors_metadata *right, size_t right_count,
-                           const struct fault *fault)
+static void check_fault_of(const struct gnp_architecture *architecture, const struct gnp_safetensors_metadata *right,
+                           size_t right_count, const struct fault *fault)
 {
 	struct gnp_safetensors_metadata metadata[GOOD + GOOD_WEIGHTED];
 	struct gnp_safetensors_tensor tensors[GNP_PARAMETER_ROWS_MAX];

@@ -41,8 +41,9 @@ static void tensors_follow_each_other(void)
 }
 
 static const struct gnp_architecture weighted = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 32, .channels = 4, .neurons = 48,
-	.layers = 3, .quadrature = 32, .head_width = 64, .outputs = GNP_WEIGHTED_OUTPUTS, .node_width = 24, .frame_width = 20};
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 32,
+	.channels = 4, .neurons = 48, .layers = 3, .quadrature = 32, .head_width = 64, .outputs = GNP_WEIGHTED_OUTPUTS,
+	.node_width = 24, .frame_width = 20};
 
 static void check_row(const char *name, size_t rank, size_t out, size_t in)
 {
@@ -108,7 +109,8 @@ static void what_the_head_weighted_does_not_take_is_named(void)
 		{offsetof(struct gnp_architecture, node_width), 0, "node_width: got 0, need 4..1024"},
 		{offsetof(struct gnp_architecture, frame_width), 1025, "frame_width: got 1025, need 4..1024"},
 		{offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
-		{offsetof(struct gnp_architecture, trunk), GNP_TRUNK_EDGE, "trunk: got edge, the head weighted needs separable"},
+		{offsetof(struct gnp_architecture, trunk), GNP_TRUNK_EDGE,
+	     "trunk: got edge, the head weighted needs separable"},
 		{offsetof(struct gnp_architecture, head), 3, "head: got 3, need 0..2"}};
 	check_refusals(&weighted, rows, sizeof rows / sizeof *rows);
 	static const struct refusal others[] = {
@@ -119,12 +121,13 @@ static void what_the_head_weighted_does_not_take_is_named(void)
 
 static void what_does_not_fit_is_named(void)
 {
-	static const struct refusal rows[] = {{offsetof(struct gnp_architecture, width), 66, "width: got 66, need a multiple of the 4 channels"},
-	            {offsetof(struct gnp_architecture, layers), 0, "layers: got 0, need 1..12"},
-	            {offsetof(struct gnp_architecture, features), 17, "features: got 17, need 3..16"},
-	            {offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
-	            {offsetof(struct gnp_architecture, outputs), 17, "outputs: got 17, need 16..16"},
-	            {offsetof(struct gnp_architecture, trunk), 2, "trunk: got 2, need 0..1"}};
+	static const struct refusal rows[] = {
+		{offsetof(struct gnp_architecture, width), 66, "width: got 66, need a multiple of the 4 channels"},
+		{offsetof(struct gnp_architecture, layers), 0, "layers: got 0, need 1..12"},
+		{offsetof(struct gnp_architecture, features), 17, "features: got 17, need 3..16"},
+		{offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
+		{offsetof(struct gnp_architecture, outputs), 17, "outputs: got 17, need 16..16"},
+		{offsetof(struct gnp_architecture, trunk), 2, "trunk: got 2, need 0..1"}};
 	check_refusals(&v1, rows, sizeof rows / sizeof *rows);
 }
 

@@ -8,8 +8,9 @@
 enum { LOOKS = GNP_LADDER_LOOKS, STEPS = GNP_LADDER_STEPS, WIDTH = 9 };
 
 static const struct gnp_architecture architecture = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 4, .channels = 1, .neurons = 4,
-	.layers = 1, .quadrature = 4, .head_width = 4, .node_width = 4, .frame_width = WIDTH, .outputs = GNP_WEIGHTED_OUTPUTS};
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 4,
+	.channels = 1, .neurons = 4, .layers = 1, .quadrature = 4, .head_width = 4, .node_width = 4, .frame_width = WIDTH,
+	.outputs = GNP_WEIGHTED_OUTPUTS};
 
 struct setting {
 	struct gnp_network *network;
@@ -55,7 +56,8 @@ static void oracle(const struct setting *setting, double *scores)
 	for (size_t h = 0; h < WIDTH; h++) {
 		double sum = tensor(setting, "frame.0.bias")[h];
 		for (size_t i = 0; i < LOOKS; i++)
-			sum += tensor(setting, "frame.0.weight")[h * LOOKS + i] * ((double)setting->looks[i] - tensor(setting, "frame.mean")[i]) /
+			sum += tensor(setting, "frame.0.weight")[h * LOOKS + i] *
+			       ((double)setting->looks[i] - tensor(setting, "frame.mean")[i]) /
 			       tensor(setting, "frame.deviation")[i];
 		hidden[h] = sum > 0 ? sum : 0;
 	}

@@ -1,18 +1,25 @@
-/* The head `weighted` and the trunk below it against the definition in plain double arithmetic; derivatives are judged by differences of
- * that definition. */
+/* The head `weighted` and the trunk below it against the definition in plain double arithmetic; derivatives are judged
+ * by differences of that definition. */
 #include "core/base/random.h"
 #include "core/linear/linalg.h"
 #include "core/network/weighted_head.h"
 #include "tests/unit/core/support/small_cloud.h"
 
 enum {
-	SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, ORDERS = GNP_TAYLOR_DEGREE + 1, OUTPUTS = GNP_WEIGHTED_OUTPUTS,
-	FEATURES = GNP_SUPPORT_FEATURES, SUMMARY = GNP_SUPPORT_SUMMARY, SUPPORTS = 3, NODES = GNP_SUPPORT_NODES, WIDEST = 160
+	SIZE = GNP_TAYLOR_SIZE,
+	STRIDE = GNP_TAYLOR_STRIDE,
+	ORDERS = GNP_TAYLOR_DEGREE + 1,
+	OUTPUTS = GNP_WEIGHTED_OUTPUTS,
+	FEATURES = GNP_SUPPORT_FEATURES,
+	SUMMARY = GNP_SUPPORT_SUMMARY,
+	SUPPORTS = 3,
+	NODES = GNP_SUPPORT_NODES,
+	WIDEST = 160
 };
 
 static const struct gnp_architecture deep = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = FEATURES, .width = 8, .channels = 2, .neurons = 6, .layers = 3,
-	.quadrature = 4, .head_width = 7, .node_width = 5, .frame_width = 4, .outputs = OUTPUTS};
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = FEATURES, .width = 8, .channels = 2,
+	.neurons = 6, .layers = 3, .quadrature = 4, .head_width = 7, .node_width = 5, .frame_width = 4, .outputs = OUTPUTS};
 
 /* ---- A network and supports ---- */
 
@@ -80,8 +87,8 @@ static const double *tensor(const struct setting *setting, const char *format, u
 /* ---- The definition ---- */
 
 /* y = W x + b of the layers of a name, and max(y, 0) where asked for. */
-static void linear(const struct setting *setting, const char *name, unsigned layer, size_t out, size_t in, const double *x, bool relu,
-                   double *y)
+static void linear(const struct setting *setting, const char *name, unsigned layer, size_t out, size_t in,
+                   const double *x, bool relu, double *y)
 {
 	char weight[64], bias[64];
 	snprintf(weight, sizeof weight, "%s.weight", name);
@@ -96,7 +103,8 @@ static void linear(const struct setting *setting, const char *name, unsigned lay
 }
 
 /* v times the kernel of a node, in blocks. */
-static void kernel_times(const struct setting *setting, int which, unsigned layer, const float *node, const double *v, double *out)
+static void kernel_times(const struct setting *setting, int which, unsigned layer, const float *node, const double *v,
+                         double *out)
 {
 	const struct gnp_architecture *a = &setting->network->architecture;
 	size_t side = a->width / a->channels;
@@ -118,7 +126,8 @@ static void kernel_times(const struct setting *setting, int which, unsigned laye
 }
 
 /* values (nodes, width): what goes into the last layer; mean (width): of what comes out of it. */
-static void trunk(const struct setting *setting, const struct gnp_support *support, double (*values)[WIDEST], double *mean)
+static void trunk(const struct setting *setting, const struct gnp_support *support, double (*values)[WIDEST],
+                  double *mean)
 {
 	const struct gnp_architecture *a = &setting->network->architecture;
 	static double v[NODES][WIDEST];
@@ -291,8 +300,8 @@ static void draw_loss(struct loss *loss)
 		loss->outputs[i] = (float)gnp_random_normal(&random);
 }
 
-/* The loss of the parameters as they are; what outputs of errors cost is read at the contexts kept, which they do not teach. Penalties
- * and reach are charged by the coefficients alone. */
+/* The loss of the parameters as they are; what outputs of errors cost is read at the contexts kept, which they do not
+ * teach. Penalties and reach are charged by the coefficients alone. */
 static double value(const struct setting *setting, const struct loss *loss, const struct answer *kept)
 {
 	static struct answer at;
@@ -334,7 +343,8 @@ static void check_gradient(struct setting *setting, const struct loss *loss, con
 			size = fmax(size, fabs((double)gradient[row->offset + i] - 1));
 		CHECK(fixed ? size == 0 : size > 0);
 		for (int sample = 0; sample < (fixed ? 0 : strncmp(row->name, "head.4", 6) == 0 ? 10 : 3); sample++) {
-			double *at = setting->parameters + row->offset + gnp_random_below(&random, row->count), was = *at, h = 1e-5, want;
+			double *at = setting->parameters + row->offset + gnp_random_below(&random, row->count);
+			double was = *at, h = 1e-5, want;
 			*at = was + h;
 			want = value(setting, loss, kept);
 			*at = was - h;
@@ -365,8 +375,8 @@ static void backward_is_by_differences(void)
 			gradient[i] = 1; /* is added to */
 		memcpy(doutputs, loss.outputs, sizeof doutputs);
 		CHECK(gnp_weighted_forward(setting.network, list, SUPPORTS, &pass, scratch, NULL) == GNP_OK);
-		CHECK(gnp_weighted_backward(setting.network, list, &pass, loss.coefficients, loss.share, doutputs, gradient, scratch, NULL) ==
-		      GNP_OK);
+		CHECK(gnp_weighted_backward(setting.network, list, &pass, loss.coefficients, loss.share, doutputs, gradient,
+		                            scratch, NULL) == GNP_OK);
 		check_gradient(&setting, &loss, gradient);
 		free(gradient);
 		gnp_scratch_free(scratch);

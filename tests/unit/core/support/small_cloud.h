@@ -1,4 +1,4 @@
-/* Clouds of some hundred points with all that supports are made from, for the tests of supports and of the head that weighs them. */
+/* Clouds of some hundred points with all that supports are made from, for the tests of supports and of their head. */
 #ifndef GNP_TESTS_SMALL_CLOUD_H
 #define GNP_TESTS_SMALL_CLOUD_H
 
@@ -36,13 +36,15 @@ static inline void small_cloud_clear(struct small_cloud *cloud)
 	free(cloud->normals);
 }
 
-/* A point of a bent sheet over [-1, 1]^2 with its normal; every eighth one of a second sheet above, which faces down. */
+/* A point of a bent sheet over [-1, 1]^2 with its normal; every eighth one of a second sheet above, facing down. */
 static inline void small_cloud_draw(struct gnp_random *random, size_t i, double noise, double *point, double *normal)
 {
 	double x = 2 * gnp_random_uniform(random) - 1, y = 2 * gnp_random_uniform(random) - 1, side = i % 8 == 7 ? -1 : 1;
-	double dx = 0.6 * x - 0.2 * y + 0.3 * cos(3 * x), dy = -0.2 * x + 0.4 * y, length = side * sqrt(1 + dx * dx + dy * dy);
+	double dx = 0.6 * x - 0.2 * y + 0.3 * cos(3 * x), dy = -0.2 * x + 0.4 * y;
+	double length = side * sqrt(1 + dx * dx + dy * dy);
 	double lift = 0.3 * x * x - 0.2 * x * y + 0.2 * y * y + 0.1 * sin(3 * x) + (side < 0 ? 0.4 : 0);
-	const double p[3] = {x, y, lift + noise * gnp_random_normal(random)}, n[3] = {-dx / length, -dy / length, 1 / length};
+	const double p[3] = {x, y, lift + noise * gnp_random_normal(random)};
+	const double n[3] = {-dx / length, -dy / length, 1 / length};
 	memcpy(point, p, sizeof p);
 	memcpy(normal, n, sizeof n);
 }
@@ -77,8 +79,8 @@ static inline void small_cloud_search(const struct small_cloud *cloud, uint32_t 
 {
 	struct gnp_scratch *scratch = gnp_scratch_create();
 	row->count = cloud->count < GNP_SUPPORT_POINTS ? cloud->count : (size_t)GNP_SUPPORT_POINTS;
-	CHECK(gnp_neighbors_knn(cloud->neighbors, cloud->points + 3 * (size_t)centre, 1, row->count, row->index, row->distance, scratch,
-	                        NULL) == GNP_OK);
+	CHECK(gnp_neighbors_knn(cloud->neighbors, cloud->points + 3 * (size_t)centre, 1, row->count, row->index,
+	                        row->distance, scratch, NULL) == GNP_OK);
 	gnp_scratch_free(scratch);
 }
 

@@ -42,7 +42,8 @@ static void check_ladder(const struct small_cloud *cloud, const struct small_row
 static void look(const struct small_cloud *cloud, uint32_t centre, struct small_row *row, struct gnp_ladder *ladder)
 {
 	small_cloud_search(cloud, centre, row);
-	gnp_ladder_look(cloud->points, cloud->cloud.given ? cloud->normals : NULL, &cloud->roughness, row->index, row->count, ladder);
+	gnp_ladder_look(cloud->points, cloud->cloud.given ? cloud->normals : NULL, &cloud->roughness, row->index,
+	                row->count, ladder);
 }
 
 static void steps_are_principal_axes_of_the_nearest(void)

@@ -23,7 +23,8 @@ static double brute(const double *points, size_t count, size_t at, size_t neares
 	struct place *all = malloc(count * sizeof *all);
 	uint32_t *index = malloc(count * sizeof *index);
 	for (size_t i = 0; i < count; i++) {
-		double d[3] = {points[3 * i] - points[3 * at], points[3 * i + 1] - points[3 * at + 1], points[3 * i + 2] - points[3 * at + 2]};
+		double d[3] = {points[3 * i] - points[3 * at], points[3 * i + 1] - points[3 * at + 1],
+		               points[3 * i + 2] - points[3 * at + 2]};
 		all[i] = (struct place){d[0] * d[0] + d[1] * d[1] + d[2] * d[2], (uint32_t)i};
 	}
 	qsort(all, count, sizeof *all, compare);
@@ -52,7 +53,8 @@ static void every_fourth_point_is_as_by_brute_force(void)
 }
 
 /* The cloud of a function of the point's number, with no normals. */
-static void measure(size_t count, void (*place)(struct gnp_random *random, size_t i, double *point), struct small_cloud *cloud)
+static void measure(size_t count, void (*place)(struct gnp_random *random, size_t i, double *point),
+                    struct small_cloud *cloud)
 {
 	struct gnp_random random;
 	double *points = malloc(3 * count * sizeof *points);
@@ -139,7 +141,8 @@ static void workers_do_not_matter(void)
 	struct gnp_pool *pool = NULL;
 	struct gnp_roughness many;
 	small_cloud_make(1500, 0.02, false, &cloud);
-	CHECK(gnp_pool_create(3, &pool, NULL) == GNP_OK && gnp_roughness_measure(cloud.neighbors, pool, NULL, &many, NULL) == GNP_OK);
+	CHECK(gnp_pool_create(3, &pool, NULL) == GNP_OK &&
+	      gnp_roughness_measure(cloud.neighbors, pool, NULL, &many, NULL) == GNP_OK);
 	for (int s = 0; s < GNP_ROUGHNESS_SCALES; s++)
 		CHECK(memcmp(many.value[s], cloud.roughness.value[s], many.count * sizeof(float)) == 0);
 	gnp_roughness_clear(&many);
@@ -158,15 +161,16 @@ static void a_stopped_task_leaves_nothing(void)
 	gnp_task_cancel(&task);
 	small_cloud_make(100, 0.02, false, &cloud);
 	CHECK(gnp_pool_create(1, &pool, NULL) == GNP_OK);
-	CHECK(gnp_roughness_measure(cloud.neighbors, pool, &task, &out, NULL) == GNP_CANCELLED && out.count == 77 && !out.value[0]);
+	CHECK(gnp_roughness_measure(cloud.neighbors, pool, &task, &out, NULL) == GNP_CANCELLED && out.count == 77 &&
+	      !out.value[0]);
 	gnp_pool_free(pool);
 	small_cloud_clear(&cloud);
 }
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(every_fourth_point_is_as_by_brute_force),
-	                                    TEST(a_plane_is_at_the_floor_and_nothing_is_off_the_scale), TEST(scale_does_not_matter),
-	                                    TEST(workers_do_not_matter), TEST(a_stopped_task_leaves_nothing)};
+	static const struct test tests[] = {
+		TEST(every_fourth_point_is_as_by_brute_force), TEST(a_plane_is_at_the_floor_and_nothing_is_off_the_scale),
+		TEST(scale_does_not_matter), TEST(workers_do_not_matter), TEST(a_stopped_task_leaves_nothing)};
 	return RUN_TESTS(tests);
 }

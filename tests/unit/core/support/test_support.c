@@ -3,7 +3,12 @@
 #include "core/support/support.h"
 #include "tests/unit/core/support/small_cloud.h"
 
-enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, FEATURES = GNP_SUPPORT_FEATURES, ORDERS = GNP_TAYLOR_DEGREE + 1 };
+enum {
+	SIZE = GNP_TAYLOR_SIZE,
+	STRIDE = GNP_TAYLOR_STRIDE,
+	FEATURES = GNP_SUPPORT_FEATURES,
+	ORDERS = GNP_TAYLOR_DEGREE + 1
+};
 
 static struct small_row row;
 static struct gnp_ladder ladder;
@@ -231,7 +236,8 @@ static void check_description(bool given)
 	CHECK(memcmp(rest, ladder.looks, sizeof ladder.looks) == 0);
 	CHECK_NEAR(rest[GNP_LADDER_LOOKS], log(gnp_ladder_points[support.step]), 1e-6);
 	CHECK_NEAR(rest[GNP_LADDER_LOOKS + 1], log((double)support.points), 1e-6);
-	CHECK(rest[GNP_LADDER_LOOKS + 2] == (float)given && rest + GNP_LADDER_LOOKS + 3 == support.summary + GNP_SUPPORT_SUMMARY);
+	CHECK(rest[GNP_LADDER_LOOKS + 2] == (float)given &&
+	      rest + GNP_LADDER_LOOKS + 3 == support.summary + GNP_SUPPORT_SUMMARY);
 	for (size_t n = 0; n < 16; n++)
 		height += support.y[n] * support.y[n];
 	for (size_t n = 0; n < support.nodes; n++) {
@@ -331,7 +337,7 @@ static void coincident_points_have_no_support(void)
 	}
 	small_cloud_take(2000, points, normals, true, &cloud);
 	CHECK(!small_cloud_support(&cloud, 0, 11, 0, &ladder, &row, &support)); /* more of them than are reached */
-	CHECK(!small_cloud_support(&cloud, 1899, 11, 0, &ladder, &row, &support)); /* and the centre may not be in its row */
+	CHECK(!small_cloud_support(&cloud, 1899, 11, 0, &ladder, &row, &support)); /* the centre may not be in its row */
 	CHECK(small_cloud_support(&cloud, 1999, 0, 0, &ladder, &row, &support));
 	small_cloud_clear(&cloud);
 }

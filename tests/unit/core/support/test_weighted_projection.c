@@ -1,9 +1,15 @@
-/* The weighted projection: what it reproduces exactly, its minimum, its derivatives by differences, its covariance by draws. */
+/* The weighted projection: what it reproduces exactly, its minimum, its derivatives by differences, its covariance by
+ * draws. */
 #include "core/fit/least_squares.h"
 #include "core/support/weighted_projection.h"
 #include "tests/unit/core/support/small_cloud.h"
 
-enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, ORDERS = GNP_TAYLOR_DEGREE + 1, OUTPUTS = GNP_WEIGHTED_OUTPUTS };
+enum {
+	SIZE = GNP_TAYLOR_SIZE,
+	STRIDE = GNP_TAYLOR_STRIDE,
+	ORDERS = GNP_TAYLOR_DEGREE + 1,
+	OUTPUTS = GNP_WEIGHTED_OUTPUTS
+};
 
 static struct gnp_support support;
 static struct gnp_weighted_fit fit;
@@ -116,7 +122,8 @@ static double loss(const float *outputs, const float *logits, const double *dcoe
 }
 
 /* Of fourth order, by a value that is among those the loss reads. */
-static double slope_by(float *value, const float *outputs, const float *logits, const double *dcoefficients, const double *dshare)
+static double slope_by(float *value, const float *outputs, const float *logits, const double *dcoefficients,
+                       const double *dshare)
 {
 	const float was = *value, h = 0x1p-7f;
 	double difference[2];
@@ -181,8 +188,10 @@ static void outputs_beyond_their_limits_change_nothing(void)
 		for (int j = 0; j <= ORDERS; j++)
 			outputs[j] *= 100;
 		gnp_weighted_solve(&support, outputs, logits, &farther);
-		CHECK(memcmp(farther.coefficients, fit.coefficients, sizeof fit.coefficients) == 0 && farther.misfit == fit.misfit);
-		CHECK(memcmp(farther.weight, fit.weight, sizeof fit.weight) == 0 && memcmp(farther.ridge, fit.ridge, sizeof fit.ridge) == 0);
+		CHECK(memcmp(farther.coefficients, fit.coefficients, sizeof fit.coefficients) == 0 &&
+		      farther.misfit == fit.misfit);
+		CHECK(memcmp(farther.weight, fit.weight, sizeof fit.weight) == 0 &&
+		      memcmp(farther.ridge, fit.ridge, sizeof fit.ridge) == 0);
 		for (size_t i = 0; i < support.nodes; i++)
 			CHECK(isfinite(dlogits[i]) && isfinite(fit.weight[i]));
 	}
@@ -206,7 +215,8 @@ static void extremes_are_solved(void)
 		CHECK(fit.solved);
 		for (size_t c = 0; c < SIZE; c++)
 			CHECK(isfinite(fit.coefficients[c]));
-		struct gnp_weighted_variance noise = gnp_weighted_covariance(&support, &fit), all = gnp_weighted_variance(outputs, noise);
+		struct gnp_weighted_variance noise = gnp_weighted_covariance(&support, &fit);
+		struct gnp_weighted_variance all = gnp_weighted_variance(outputs, noise);
 		CHECK(isfinite(noise.slope) && isfinite(noise.second) && noise.slope >= 0 && noise.second >= 0);
 		CHECK(all.slope > 0 && all.second > 0 && fit.misfit >= 0 && isfinite(fit.misfit));
 	}
@@ -285,9 +295,13 @@ static void networks_scale_errors_and_add_to_them(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {
-		TEST(polynomials_are_reproduced),           TEST(the_solution_is_the_minimum), TEST(derivatives_are_differences),
-		TEST(outputs_beyond_their_limits_change_nothing), TEST(extremes_are_solved),   TEST(what_determines_nothing_says_so),
-		TEST(covariance_is_that_of_draws_of_noise), TEST(networks_scale_errors_and_add_to_them)};
+	static const struct test tests[] = {TEST(polynomials_are_reproduced),
+	                                    TEST(the_solution_is_the_minimum),
+	                                    TEST(derivatives_are_differences),
+	                                    TEST(outputs_beyond_their_limits_change_nothing),
+	                                    TEST(extremes_are_solved),
+	                                    TEST(what_determines_nothing_says_so),
+	                                    TEST(covariance_is_that_of_draws_of_noise),
+	                                    TEST(networks_scale_errors_and_add_to_them)};
 	return RUN_TESTS(tests);
 }
