@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-#include "core/shapes/solid_body.h"
+#include "core/solids/solid_body.h"
 
 /* Draws a body of enum gnp_solid_kind for so many points, in coordinates of its own, of size about 1. Boolean
  * operations may leave little or nothing of it: then another draw is due. */

@@ -1,4 +1,4 @@
-#include "core/shapes/solid_face.h"
+#include "core/solids/solid_face.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 #include <string.h>
 
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 
 static const double FULL = 2 * M_PI;
 

@@ -1,5 +1,5 @@
 /* Families of bodies that are sheets: thin plates, concentric shells, open patches, wavy height fields. */
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 static const double FULL = 2 * M_PI;
 

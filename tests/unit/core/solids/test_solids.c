@@ -4,10 +4,10 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/shapes/solid.h"
-#include "core/shapes/solid_crease.h"
-#include "core/shapes/solid_draw.h"
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid.h"
+#include "core/solids/solid_crease.h"
+#include "core/solids/solid_draw.h"
+#include "core/solids/solid_kinds.h"
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 
