@@ -1,4 +1,5 @@
-/* Height fields over a rectangle or a disc: a paraboloid and waves on it, smooth or as triangles, maybe with round holes.
+/* Height fields over a rectangle or a disc: a paraboloid and waves on it, smooth or as triangles, maybe with round
+ * holes.
  *
  * In coordinates of their own; solid_face puts them into those of a body. */
 #ifndef GNP_CORE_SOLID_GRAPH_H

@@ -1,4 +1,5 @@
-/* Families of rough sheets, as scanned detail is: height fields of many waves of all lengths, smooth or as triangles. */
+/* Families of rough sheets, as scanned detail is: height fields of many waves of all lengths, smooth or as
+ * triangles. */
 #include "core/solids/solid_kinds.h"
 
 static const double FULL = 2 * M_PI;

@@ -207,7 +207,8 @@ static void samples_of_facets_lie_in_planes(void)
 	enum { COUNT = 1500 };
 	int coarse = 0;
 	for (uint64_t seed = 0; seed < 12; seed++) {
-		const struct gnp_solid_options options = {seed, GNP_SOLID_FACETS, COUNT, (int)(seed % GNP_SOLID_SAMPLING_COUNT)};
+		const int sampling = (int)(seed % GNP_SOLID_SAMPLING_COUNT);
+		const struct gnp_solid_options options = {seed, GNP_SOLID_FACETS, COUNT, sampling};
 		struct gnp_solid_sample s;
 		struct gnp_error error = {0};
 		CHECK(gnp_solid_sample_create(&options, pool, NULL, &s, &error) == GNP_OK);
