@@ -55,7 +55,8 @@ gnp_status gnp_history_save(const struct gnp_history *history, const char *path,
 	for (size_t i = 0; i < history->count && status == GNP_OK; i++) {
 		status = gnp_buffer_printf(&text, error, "%llu", (unsigned long long)history->steps[i]);
 		for (size_t c = 0; c < columns && status == GNP_OK; c++)
-			status = gnp_buffer_printf(&text, error, ",%.6g%s", history->values[i * columns + c], c == columns - 1 ? "\n" : "");
+			status = gnp_buffer_printf(&text, error, ",%.6g%s", history->values[i * columns + c],
+			                           c == columns - 1 ? "\n" : "");
 	}
 	if (status == GNP_OK)
 		status = gnp_file_write(path, text.data, text.size, error);

@@ -28,7 +28,8 @@ void gnp_history_clear(struct gnp_history *history);
 
 /* Writes all rows, whole or not at all. */
 gnp_status gnp_history_save(const struct gnp_history *history, const char *path, struct gnp_error *error);
-/* Reads back what was saved, up to a step; a file that is not there gives no rows. GNP_INVALID_ARGUMENT names the row. */
+/* Reads back what was saved, up to a step; a file that is not there gives no rows. GNP_INVALID_ARGUMENT names the row.
+ */
 gnp_status gnp_history_load(const char *path, uint64_t last_step, struct gnp_history *history, struct gnp_error *error);
 
 struct gnp_history_curve {

@@ -30,14 +30,15 @@ static gnp_status draw_from(const struct gnp_network *network, const struct gnp_
 	if (!centres)
 		return gnp_no_memory("training", count, "centres", error);
 	gnp_any_supports_centres(cloud, true, count, random, centres);
-	return gnp_any_supports_build(cloud, network, centres, count, random, scratch, drawn->supports, drawn->clouds, &drawn->count,
-	                              error);
+	return gnp_any_supports_build(cloud, network, centres, count, random, scratch, drawn->supports, drawn->clouds,
+	                              &drawn->count, error);
 }
 
 /* ---- Supports ---- */
 
 static gnp_status judge(const struct gnp_network *network, const struct drawn *drawn, double share,
-                        struct gnp_scratch *scratch, struct gnp_any_terms *terms, float *gradient, struct gnp_error *error)
+                        struct gnp_scratch *scratch, struct gnp_any_terms *terms, float *gradient,
+                        struct gnp_error *error)
 {
 	struct gnp_weighted_pass pass;
 	gnp_status status = gnp_weighted_forward(network, drawn->supports, drawn->count, &pass, scratch, error);
@@ -50,9 +51,10 @@ static gnp_status judge(const struct gnp_network *network, const struct drawn *d
 	if (!dcoefficients || !dshares || !doutputs)
 		return gnp_no_memory("training", drawn->count, "supports", error);
 	for (size_t p = 0; p < drawn->count; p++)
-		gnp_any_loss_support(drawn->clouds[p], drawn->supports[p], &pass.fits[p], pass.outputs + p * OUTPUTS, share, strange, terms,
-		                     dcoefficients + p * SIZE, dshares + pass.start[p], doutputs + p * OUTPUTS);
-	return gnp_weighted_backward(network, drawn->supports, &pass, dcoefficients, dshares, doutputs, gradient, scratch, error);
+		gnp_any_loss_support(drawn->clouds[p], drawn->supports[p], &pass.fits[p], pass.outputs + p * OUTPUTS, share,
+		                     strange, terms, dcoefficients + p * SIZE, dshares + pass.start[p], doutputs + p * OUTPUTS);
+	return gnp_weighted_backward(network, drawn->supports, &pass, dcoefficients, dshares, doutputs, gradient, scratch,
+	                             error);
 }
 
 gnp_status gnp_any_batch_supports(const struct gnp_network *network, const struct gnp_any_pick *from, size_t count,

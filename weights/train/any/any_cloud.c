@@ -9,7 +9,8 @@
 
 struct gnp_any_recipe gnp_any_recipe_defaults(void)
 {
-	return (struct gnp_any_recipe){.group = GNP_ANY_MIXED, .least = 3000, .most = 30000, .noise = -1, .outliers = -1, .given = 0.2};
+	return (struct gnp_any_recipe){
+		.group = GNP_ANY_MIXED, .least = 3000, .most = 30000, .noise = -1, .outliers = -1, .given = 0.2};
 }
 
 static double between(struct gnp_random *random, double low, double high)
@@ -28,7 +29,7 @@ struct harm {
 	double noise, outliers, far; /* far: of outliers [spacing] */
 	bool along;                  /* noise is along the normals */
 	bool given;
-	double tilt;                 /* of given normals */
+	double tilt; /* of given normals */
 };
 
 static struct harm draw_harm(const struct gnp_any_recipe *recipe, struct gnp_random *random)
@@ -55,9 +56,10 @@ static void displace(const struct harm *harm, const struct gnp_any_surface *surf
 		const double *exact = surface->points + 3 * i, *normal = surface->normals + 3 * i;
 		outlier[i] = gnp_random_uniform(random) < harm->outliers;
 		double size = (harm->noise + (outlier[i] ? harm->far : 0)) * surface->spacing;
-		double along = harm->along && !outlier[i] ? size * gnp_random_normal(random) : 0;
-		for (int c = 0; c < 3; c++)
-			points[3 * i + (size_t)c] = exact[c] + (harm->along && !outlier[i] ? along * normal[c] : size * gnp_random_normal(random));
+		bool along = harm->along && !outlier[i];
+		double step = along ? size * gnp_random_normal(random) : 0;
+		for (size_t c = 0; c < 3; c++)
+			points[3 * i + c] = exact[c] + (along ? step * normal[c] : size * gnp_random_normal(random));
 	}
 }
 
@@ -82,8 +84,8 @@ static void *reorder(const void *from, size_t size, const uint32_t *order, size_
 	return to;
 }
 
-static gnp_status take_truth(const struct gnp_any_surface *surface, const unsigned char *outlier, struct gnp_any_cloud *out,
-                             struct gnp_error *error)
+static gnp_status take_truth(const struct gnp_any_surface *surface, const unsigned char *outlier,
+                             struct gnp_any_cloud *out, struct gnp_error *error)
 {
 	const uint32_t *order = out->prepared.order;
 	size_t n = surface->count;
@@ -124,18 +126,19 @@ static gnp_status enter(const struct harm *harm, const struct gnp_any_surface *s
 	return status;
 }
 
-gnp_status gnp_any_cloud_create(const struct gnp_any_recipe *recipe, uint64_t seed, uint64_t stream, struct gnp_pool *pool,
-                                struct gnp_any_cloud *out, struct gnp_error *error)
+gnp_status gnp_any_cloud_create(const struct gnp_any_recipe *recipe, uint64_t seed, uint64_t stream,
+                                struct gnp_pool *pool, struct gnp_any_cloud *out, struct gnp_error *error)
 {
 	struct gnp_random random;
 	struct gnp_any_surface surface;
 	gnp_random_seed(&random, seed, stream);
-	size_t count = (size_t)between_logarithms(&random, (double)recipe->least, (double)recipe->most);
+	size_t count = (size_t)lround(between_logarithms(&random, (double)recipe->least, (double)recipe->most));
 	gnp_status status = gnp_any_surface_draw(recipe->group, count, &random, pool, &surface, error);
 	if (status != GNP_OK)
 		return status;
 	const struct harm harm = draw_harm(recipe, &random);
-	struct gnp_any_cloud cloud = {.count = surface.count, .noise = harm.noise, .given = harm.given, .faceted = surface.faceted};
+	struct gnp_any_cloud cloud = {
+		.count = surface.count, .noise = harm.noise, .given = harm.given, .faceted = surface.faceted};
 	memcpy(cloud.name, surface.name, sizeof cloud.name);
 	status = enter(&harm, &surface, &random, pool, &cloud, error);
 	gnp_any_surface_clear(&surface);
@@ -160,6 +163,6 @@ void gnp_any_cloud_clear(struct gnp_any_cloud *cloud)
 
 struct gnp_support_cloud gnp_any_cloud_source(const struct gnp_any_cloud *cloud)
 {
-	return (struct gnp_support_cloud){cloud->prepared.points, cloud->prepared.normals, cloud->given, cloud->prepared.neighbors,
-	                                  &cloud->roughness};
+	return (struct gnp_support_cloud){cloud->prepared.points, cloud->prepared.normals, cloud->given,
+	                                  cloud->prepared.neighbors, &cloud->roughness};
 }

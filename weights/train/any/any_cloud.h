@@ -24,9 +24,9 @@ struct gnp_any_recipe gnp_any_recipe_defaults(void);
 struct gnp_any_cloud {
 	char name[48];
 	size_t count;
-	double noise;  /* standard deviation [spacing] */
-	bool given;    /* it came with normals */
-	bool faceted;  /* as of the surface */
+	double noise;                  /* standard deviation [spacing] */
+	bool given;                    /* it came with normals */
+	bool faceted;                  /* as of the surface */
 	double *normals, *second_form; /* (count, 3), (count, 3, 3) exact, where the point came from */
 	uint32_t *piece;               /* (count) */
 	double *edge;                  /* (count) [spacing] */
@@ -36,8 +36,8 @@ struct gnp_any_cloud {
 };
 
 /* Follows from recipe, seed and stream alone. On failure *out is unchanged. */
-gnp_status gnp_any_cloud_create(const struct gnp_any_recipe *recipe, uint64_t seed, uint64_t stream, struct gnp_pool *pool,
-                                struct gnp_any_cloud *out, struct gnp_error *error);
+gnp_status gnp_any_cloud_create(const struct gnp_any_recipe *recipe, uint64_t seed, uint64_t stream,
+                                struct gnp_pool *pool, struct gnp_any_cloud *out, struct gnp_error *error);
 void gnp_any_cloud_clear(struct gnp_any_cloud *cloud);
 
 /* As supports are built from it; borrows. */

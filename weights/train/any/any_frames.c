@@ -23,7 +23,8 @@ gnp_status gnp_any_frames_draw(const struct gnp_any_cloud *cloud, size_t count, 
 	out->ladders = views.ladders;
 	for (size_t i = 0; i < count; i++)
 		for (int l = 0; l < STEPS; l++)
-			out->cost[i][l] = (float)gnp_any_loss_frame(gnp_dot(views.ladders[i].frames[l][2], cloud->normals + 3 * (size_t)centres[i]));
+			out->cost[i][l] = (float)gnp_any_loss_frame(
+				gnp_dot(views.ladders[i].frames[l][2], cloud->normals + 3 * (size_t)centres[i]));
 	return GNP_OK;
 }
 

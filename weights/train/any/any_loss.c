@@ -9,9 +9,10 @@ enum { SIZE = GNP_TAYLOR_SIZE, SCALES = 3 };
 
 static const double CHORD[SCALES] = {1e-4, 4e-3, 6e-2}, CHORD_FACTOR[SCALES] = {0.08, 0.3, 0.4}, CHORD_SQUARED = 3;
 static const double FINE = 0.1, FINE_FLOOR = 1e-8, COARSE = 0.15, COARSE_FLOOR = 0.02; /* of the Hessian */
-static const double LEAST_SIZE = 0.1;                                                 /* of a Hessian, in units of R */
+static const double LEAST_SIZE = 0.1;                                                  /* of a Hessian, in units of R */
 static const double CREASE = 0.2, OUTLIER = 0.1, NODES = 0.5, ERRORS = 0.05;
 static const double STEEPEST = 0.2; /* derivative of a loss of errors: a likelihood has steep walls */
+static const double WORST = 100;    /* such a loss as it is reported, so that one does not hide the others */
 
 /* ---- The surface ---- */
 
@@ -107,8 +108,9 @@ static double judge_errors(const struct gnp_support *support, const struct gnp_w
 	double sum = 0;
 	for (int i = 0; i < (truth->curved ? 2 : 1); i++) {
 		double dscale, dbias;
-		sum += gnp_any_loss_errors(parts[i].squared, parts[i].dimensions, parts[i].noise, outputs[parts[i].scale],
-		                           outputs[parts[i].bias], &dscale, &dbias);
+		double loss = gnp_any_loss_errors(parts[i].squared, parts[i].dimensions, parts[i].noise,
+		                                  outputs[parts[i].scale], outputs[parts[i].bias], &dscale, &dbias);
+		sum += fmin(loss, WORST);
 		doutputs[parts[i].scale] = step_of(share, dscale);
 		doutputs[parts[i].bias] = step_of(share, dbias);
 	}
@@ -144,7 +146,8 @@ void gnp_any_loss_support(const struct gnp_any_cloud *cloud, const struct gnp_su
 	memset(dcoefficients, 0, SIZE * sizeof *dcoefficients);
 	memset(dshares, 0, support->nodes * sizeof *dshares);
 	memset(doutputs, 0, GNP_WEIGHTED_OUTPUTS * sizeof *doutputs);
-	terms->outlier += judge_logit(outputs[GNP_WEIGHTED_OUTLIER], outlier, OUTLIER, share, &doutputs[GNP_WEIGHTED_OUTLIER]);
+	terms->outlier +=
+		judge_logit(outputs[GNP_WEIGHTED_OUTLIER], outlier, OUTLIER, share, &doutputs[GNP_WEIGHTED_OUTLIER]);
 	if (outlier)
 		return;
 	gnp_any_truth_find(cloud, support, &truth);

@@ -1,12 +1,12 @@
-/* The loss of the model for every cloud, and its derivatives: of the surface at a support's centre, of what the model says
- * about the centre and its nodes, of the errors it expects, and of the frame it chooses.
+/* The loss of the model for every cloud, and its derivatives: of the surface at a support's centre, of what the model
+ * says about the centre and its nodes, of the errors it expects, and of the frame it chooses.
  *
  * With e the chord between the normals and E the squared error of the Hessian over its size, all at the centre:
  *   surface = sum_k w_k log sqrt(1 + (e / d_k)^2) + 3 e^2 + 0.1 log sqrt(E + 1e-8) + 0.15 log sqrt(E + 0.02),
  *   d = 1e-4, 4e-3, 6e-2, w = 0.08, 0.3, 0.4,
- * so that a tenth less of an error counts about as much where errors are small as where they are large. A crease within one
- * spacing and an outlier are judged by cross entropy, nodes by how much weight strange ones have (any_truth.h), and expected
- * errors by the likelihood of those made. */
+ * so that a tenth less of an error counts about as much where errors are small as where they are large. A crease within
+ * one spacing and an outlier are judged by cross entropy, nodes by how much weight strange ones have (any_truth.h), and
+ * expected errors by the likelihood of those made. */
 #ifndef GNP_WEIGHTS_ANY_LOSS_H
 #define GNP_WEIGHTS_ANY_LOSS_H
 
@@ -15,9 +15,9 @@
 
 /* What a surface is off by at its centre. */
 struct gnp_any_error {
-	double angle;     /* between the normals [rad] */
-	double hessian;   /* h_uu^2 + 2 h_uv^2 + h_vv^2 of the difference in units of R; where curved */
-	double relative;  /* square root of that over the Hessian's own size + 0.1; where curved */
+	double angle;    /* between the normals [rad] */
+	double hessian;  /* h_uu^2 + 2 h_uv^2 + h_vv^2 of the difference in units of R; where curved */
+	double relative; /* square root of that over the Hessian's own size + 0.1; where curved */
 };
 
 /* coefficients, dcoefficients (GNP_TAYLOR_SIZE), of which those of degree 1 and 2 count. Returns the loss. */

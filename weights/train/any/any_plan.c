@@ -14,21 +14,26 @@ gnp_status gnp_any_plan_refuse(const struct gnp_arguments *arguments, struct gnp
 	static const char *const own[] = {"frame-steps", "frame-rate", "frame-width", "node-width", "normal-noise"};
 	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
 		if (gnp_arguments_has(arguments, own[i]))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: given without --regime any, which alone takes it", own[i]);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: given without --regime any, which alone takes it",
+			                     own[i]);
 	return GNP_OK;
 }
 
 static gnp_status refuse_foreign(const struct gnp_arguments *arguments, struct gnp_error *error)
 {
-	static const char *const foreign[] = {"prepare", "shells", "k",          "buffer",     "delta0-ratio", "patch",  "centre", "cell",
-	                                      "near",    "shapes", "points",     "least-noise", "most-noise",   "cache",  "quadrature"};
-	const char *head = gnp_arguments_get(arguments, "head", "weighted"), *trunk = gnp_arguments_get(arguments, "trunk", "separable");
+	static const char *const foreign[] = {"prepare", "shells",      "k",          "buffer", "delta0-ratio",
+	                                      "patch",   "centre",      "cell",       "near",   "shapes",
+	                                      "points",  "least-noise", "most-noise", "cache",  "quadrature"};
+	const char *head = gnp_arguments_get(arguments, "head", "weighted");
+	const char *trunk = gnp_arguments_get(arguments, "trunk", "separable");
 	for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
 		if (gnp_arguments_has(arguments, foreign[i]))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: given with --regime any, which has no use for it", foreign[i]);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: given with --regime any, which has no use for it",
+			                     foreign[i]);
 	if (strcmp(head, "weighted") != 0 || strcmp(trunk, "separable") != 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "--head, --trunk: got '%s', '%s', need weighted, separable with --regime any", head, trunk);
+		                     "--head, --trunk: got '%s', '%s', need weighted, separable with --regime any", head,
+		                     trunk);
 	if (gnp_arguments_has(arguments, "minutes") && gnp_arguments_has(arguments, "steps"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--minutes: given with --steps, need one of them");
 	return GNP_OK;
@@ -41,8 +46,12 @@ static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct gnp_
 	struct {
 		const char *name;
 		unsigned *value;
-	} widths[] = {{"width", &a->width},           {"channels", &a->channels},     {"neurons", &a->neurons},
-	              {"layers", &a->layers},         {"head-width", &a->head_width}, {"node-width", &a->node_width},
+	} widths[] = {{"width", &a->width},
+	              {"channels", &a->channels},
+	              {"neurons", &a->neurons},
+	              {"layers", &a->layers},
+	              {"head-width", &a->head_width},
+	              {"node-width", &a->node_width},
 	              {"frame-width", &a->frame_width}};
 	struct {
 		const char *name;
@@ -61,40 +70,41 @@ static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct gnp_
 	}
 	for (size_t i = 0; i < sizeof sizes / sizeof *sizes && status == GNP_OK; i++) {
 		uint64_t value = *sizes[i].value;
-		status = gnp_arguments_integer(arguments, sizes[i].name, sizes[i].value != &plan->run.watch_clouds, sizes[i].most, &value, error);
+		status = gnp_arguments_integer(arguments, sizes[i].name, sizes[i].value != &plan->run.watch_clouds,
+		                               sizes[i].most, &value, error);
 		*sizes[i].value = value;
 	}
 	return status;
 }
 
-static gnp_status parse_counts(const struct gnp_arguments *arguments, struct gnp_any_plan *plan, struct gnp_error *error)
+static gnp_status parse_counts(const struct gnp_arguments *arguments, struct gnp_any_plan *plan,
+                               struct gnp_error *error)
 {
 	struct gnp_any_options *train = &plan->run.train;
 	const uint64_t many = UINT64_C(1) << 40;
 	const struct {
 		const char *name;
 		uint64_t least, most, *value;
-	} rows[] = {{"steps", 1, many, &train->steps},  {"frame-steps", 1, many, &train->frame_steps}, {"warm", 0, many, &train->warm},
-	            {"visit", 1, many, &train->visit},  {"seed", 0, UINT64_MAX, &train->seed},         {"workers", 1, 1024, &plan->workers}};
+	} rows[] = {{"steps", 1, many, &train->steps},     {"frame-steps", 1, many, &train->frame_steps},
+	            {"warm", 0, many, &train->warm},       {"visit", 1, many, &train->visit},
+	            {"seed", 0, UINT64_MAX, &train->seed}, {"workers", 1, 1024, &plan->workers}};
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof rows / sizeof *rows && status == GNP_OK; i++)
 		status = gnp_arguments_integer(arguments, rows[i].name, rows[i].least, rows[i].most, rows[i].value, error);
 	return status;
 }
 
-static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gnp_any_plan *plan, struct gnp_error *error)
+static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gnp_any_plan *plan,
+                                struct gnp_error *error)
 {
 	struct gnp_any_options *train = &plan->run.train;
 	double minutes = train->seconds / 60, watch = plan->run.watch_seconds / 60;
 	const struct {
 		const char *name;
 		double least, most, *value;
-	} rows[] = {{"minutes", 0.01, 1e6, &minutes},
-	            {"rate", 0, 1e3, &train->rate},
-	            {"frame-rate", 0, 1e3, &train->frame_rate},
-	            {"last-rate", 0, 1, &train->last},
-	            {"clip", 1e-9, 1e9, &train->clip},
-	            {"normal-noise", 0, 1, &train->recipe.normal_noise},
+	} rows[] = {{"minutes", 0.01, 1e6, &minutes},           {"rate", 0, 1e3, &train->rate},
+	            {"frame-rate", 0, 1e3, &train->frame_rate}, {"last-rate", 0, 1, &train->last},
+	            {"clip", 1e-9, 1e9, &train->clip},          {"normal-noise", 0, 1, &train->recipe.normal_noise},
 	            {"watch-minutes", 0, 1e6, &watch}};
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof rows / sizeof *rows && status == GNP_OK; i++)
@@ -106,7 +116,8 @@ static gnp_status parse_numbers(const struct gnp_arguments *arguments, struct gn
 
 gnp_status gnp_any_plan_parse(const struct gnp_arguments *arguments, struct gnp_any_plan *plan, struct gnp_error *error)
 {
-	*plan = (struct gnp_any_plan){.run = gnp_any_run_defaults(), .output = gnp_arguments_get(arguments, "output", NULL)};
+	*plan =
+		(struct gnp_any_plan){.run = gnp_any_run_defaults(), .output = gnp_arguments_get(arguments, "output", NULL)};
 	gnp_status status = gnp_train_plan_check_output(plan->output, error);
 	if (status == GNP_OK)
 		status = refuse_foreign(arguments, error);

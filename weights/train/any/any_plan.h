@@ -15,7 +15,8 @@ struct gnp_any_plan {
 bool gnp_any_plan_asked(const struct gnp_arguments *arguments);
 
 /* By the table of train_plan.h; those of its options that are for patches are refused. Texts are the arguments'. */
-gnp_status gnp_any_plan_parse(const struct gnp_arguments *arguments, struct gnp_any_plan *plan, struct gnp_error *error);
+gnp_status gnp_any_plan_parse(const struct gnp_arguments *arguments, struct gnp_any_plan *plan,
+                              struct gnp_error *error);
 
 /* Refuses options that --regime any alone takes. */
 gnp_status gnp_any_plan_refuse(const struct gnp_arguments *arguments, struct gnp_error *error);

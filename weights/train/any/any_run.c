@@ -9,13 +9,15 @@
 
 /* Columns of the history: means since the row before, and what the watched clouds say. */
 enum {
-	SECONDS, PACE, RATE, NORM, LOSS, SURFACE, CREASE, OUTLIER, NODES, ERRORS, ANGLE, WATCHED, COLUMNS = WATCHED + GNP_ANY_FIGURES
+	SECONDS, PACE, RATE, NORM, LOSS, SURFACE, CREASE, OUTLIER, NODES, ERRORS, ANGLE, WATCHED,
+	COLUMNS = WATCHED + GNP_ANY_FIGURES
 };
 
 static void column_name(size_t column, char *name, size_t size)
 {
-	static const char *const names[WATCHED] = {"seconds", "supports_per_second", "rate",    "gradient_norm", "loss",  "surface",
-	                                           "crease",  "outlier",             "nodes",   "errors",        "angle"};
+	static const char *const names[WATCHED] = {
+		"seconds", "supports_per_second", "rate", "gradient_norm", "loss", "surface", "crease", "outlier", "nodes",
+		"errors", "angle"};
 	if (column < WATCHED)
 		snprintf(name, size, "%s", names[column]);
 	else
@@ -92,7 +94,8 @@ static double minutes_left(const struct running *running, const double row[COLUM
 	double each = (double)(running->frames ? options->frame_batch : options->batch);
 	if (running->frames)
 		return (double)(options->frame_steps - step) * each / row[PACE] / 60;
-	return options->steps ? (double)(last - step) * each / row[PACE] / 60 : fmax(options->seconds - row[SECONDS], 0) / 60;
+	return options->steps ? (double)(last - step) * each / row[PACE] / 60
+	                      : fmax(options->seconds - row[SECONDS], 0) / 60;
 }
 
 static void print_row(const struct running *running, const double row[COLUMNS])
@@ -103,21 +106,21 @@ static void print_row(const struct running *running, const double row[COLUMNS])
 		return;
 	fprintf(lines, "step %llu: %s %.4g", step, running->frames ? "frames' cost" : "loss", row[LOSS]);
 	if (!running->frames)
-		fprintf(lines, " (surface %.3g, crease %.3g, outlier %.3g, nodes %.3g; errors %.3g), angle %.3g", row[SURFACE], row[CREASE],
-		        row[OUTLIER], row[NODES], row[ERRORS], row[ANGLE]);
+		fprintf(lines, " (surface %.3g, crease %.3g, outlier %.3g, nodes %.3g; errors %.3g), angle %.3g", row[SURFACE],
+		        row[CREASE], row[OUTLIER], row[NODES], row[ERRORS], row[ANGLE]);
 	fprintf(lines, "; gradient %.2g, rate %.2g; %.0f %s/s; %.1f min left\n", row[NORM], row[RATE], row[PACE],
 	        running->frames ? "frames" : "supports", minutes_left(running, row));
 	for (int f = 0; f < GNP_ANY_FIGURES && !isnan(row[WATCHED]); f++)
-		fprintf(lines, "%s %s %.3g%s", f ? "," : "watched:", gnp_any_figure_name((enum gnp_any_figure)f), row[WATCHED + f],
-		        f == GNP_ANY_FIGURES - 1 ? "\n" : "");
+		fprintf(lines, "%s %s %.3g%s", f ? "," : "watched:", gnp_any_figure_name((enum gnp_any_figure)f),
+		        row[WATCHED + f], f == GNP_ANY_FIGURES - 1 ? "\n" : "");
 	fflush(lines);
 }
 
 static gnp_status look(struct running *running, double figures[GNP_ANY_FIGURES], struct gnp_error *error)
 {
 	struct gnp_network *network;
-	gnp_status status = gnp_network_create(&running->options->train.architecture, gnp_any_train_state(running->train)->parameters,
-	                                       &network, error);
+	gnp_status status = gnp_network_create(&running->options->train.architecture,
+	                                       gnp_any_train_state(running->train)->parameters, &network, error);
 	if (status != GNP_OK)
 		return status;
 	status = gnp_any_watch_run(running->watch, network, figures, error);
@@ -198,10 +201,11 @@ static gnp_status open_all(struct running *running, struct gnp_error *error)
 		status = gnp_any_train_open(&options->train, options->resume ? running->files.checkpoint : NULL, running->pool,
 		                            &running->train, error);
 	if (status == GNP_OK && options->watch_clouds)
-		status = gnp_any_watch_open(&options->train.recipe, options->watch_clouds, options->watch_centres, running->pool,
-		                            &running->watch, error);
+		status = gnp_any_watch_open(&options->train.recipe, options->watch_clouds, options->watch_centres,
+		                            running->pool, &running->watch, error);
 	if (status == GNP_OK && options->resume)
-		status = gnp_history_load(running->files.history, gnp_any_train_state(running->train)->step, &running->history, error);
+		status = gnp_history_load(running->files.history, gnp_any_train_state(running->train)->step, &running->history,
+		                          error);
 	return status;
 }
 
@@ -211,7 +215,8 @@ static gnp_status draw(const struct running *running, struct gnp_error *error)
 	                                                  {"angle", {200, 120, 20}, WATCHED + GNP_ANY_ANGLE},
 	                                                  {"ratio", {190, 30, 45}, WATCHED + GNP_ANY_RATIO},
 	                                                  {"curvature", {30, 90, 180}, WATCHED + GNP_ANY_CURVATURE}};
-	return gnp_history_draw(&running->history, curves, sizeof curves / sizeof *curves, "any", running->files.curve, error);
+	return gnp_history_draw(&running->history, curves, sizeof curves / sizeof *curves, "any", running->files.curve,
+	                        error);
 }
 
 /* A training that was over when it was resumed has its last row from before. */
@@ -224,8 +229,8 @@ static void fill_end(const struct running *running, struct gnp_any_end *end)
 		end->watched[f] = history->count ? history->values[(history->count - 1) * COLUMNS + WATCHED + (size_t)f] : NAN;
 }
 
-gnp_status gnp_any_run(const struct gnp_any_run_options *options, struct gnp_pool *pool, struct gnp_task *task, FILE *lines,
-                       float *parameters, struct gnp_any_end *end, struct gnp_error *error)
+gnp_status gnp_any_run(const struct gnp_any_run_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                       FILE *lines, float *parameters, struct gnp_any_end *end, struct gnp_error *error)
 {
 	struct running running = {.options = options, .pool = pool, .lines = lines, .history = {.columns = &columns}};
 	gnp_status status = open_all(&running, error);

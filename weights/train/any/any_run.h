@@ -10,9 +10,9 @@
 
 struct gnp_any_run_options {
 	struct gnp_any_options train;
-	const char *folder; /* of the checkpoint, history.csv and curve.png; made when it is not there */
-	bool resume;        /* from the folder's checkpoint, which must be there */
-	size_t watch_clouds, watch_centres;               /* 0 clouds: none are watched */
+	const char *folder;                 /* of the checkpoint, history.csv and curve.png; made when it is not there */
+	bool resume;                        /* from the folder's checkpoint, which must be there */
+	size_t watch_clouds, watch_centres; /* 0 clouds: none are watched */
 	double line_seconds, watch_seconds, save_seconds; /* between lines, looks at watched clouds, checkpoints */
 };
 
@@ -26,9 +26,9 @@ struct gnp_any_end {
 	double watched[GNP_ANY_FIGURES]; /* NaN: none are */
 };
 
-/* parameters (those of the architecture's layout) and the end out. Lines go to `lines` (NULL: nowhere). A cancelled task
- * leaves a checkpoint to go on from. */
-gnp_status gnp_any_run(const struct gnp_any_run_options *options, struct gnp_pool *pool, struct gnp_task *task, FILE *lines,
-                       float *parameters, struct gnp_any_end *end, struct gnp_error *error);
+/* parameters (those of the architecture's layout) and the end out. Lines go to `lines` (NULL: nowhere). A cancelled
+ * task leaves a checkpoint to go on from. */
+gnp_status gnp_any_run(const struct gnp_any_run_options *options, struct gnp_pool *pool, struct gnp_task *task,
+                       FILE *lines, float *parameters, struct gnp_any_end *end, struct gnp_error *error);
 
 #endif

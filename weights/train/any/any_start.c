@@ -45,11 +45,11 @@ static void set_outputs(const struct gnp_layout *layout, float *parameters)
 	bias[GNP_WEIGHTED_OUTLIER] = -3;
 }
 
-void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout, uint64_t seed,
-                              float *parameters)
+void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
+                              uint64_t seed, float *parameters)
 {
-	static const char *const zero[] = {"head.mean",         "head.0.bias", "head.2.bias", "node.context.bias",
-	                                   "frame.mean",        "frame.0.bias", "frame.2.bias"};
+	static const char *const zero[] = {"head.mean",  "head.0.bias",  "head.2.bias", "node.context.bias",
+	                                   "frame.mean", "frame.0.bias", "frame.2.bias"};
 	gnp_initial_parameters(architecture, layout, seed, parameters);
 	for (size_t i = 0; i < sizeof zero / sizeof *zero; i++)
 		set(layout, zero[i], 0, parameters);
@@ -64,7 +64,8 @@ void gnp_any_start_parameters(const struct gnp_architecture *architecture, const
 
 /* ---- What follows from data ---- */
 
-gnp_status gnp_any_spread_begin(size_t width, struct gnp_scratch *scratch, struct gnp_any_spread *out, struct gnp_error *error)
+gnp_status gnp_any_spread_begin(size_t width, struct gnp_scratch *scratch, struct gnp_any_spread *out,
+                                struct gnp_error *error)
 {
 	double *sums = gnp_scratch_take(scratch, 2 * width, sizeof *sums);
 	if (!sums)

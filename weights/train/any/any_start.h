@@ -8,19 +8,21 @@
 #include "core/base/scratch.h"
 #include "core/network/architecture.h"
 
-/* Fills parameters (layout->total) for a seed: as gnp_initial_parameters, but every support starts with light penalties, all
- * nodes about as heavy, and with creases and outliers rare. */
-void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout, uint64_t seed,
-                              float *parameters);
+/* Fills parameters (layout->total) for a seed: as gnp_initial_parameters, but every support starts with light
+ * penalties, all nodes about as heavy, and with creases and outliers rare. */
+void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
+                              uint64_t seed, float *parameters);
 
 /* Mean and deviation of rows (count) of numbers (width). */
 struct gnp_any_spread {
 	size_t width, count;
 	double *sum, *square; /* (width) */
 };
-gnp_status gnp_any_spread_begin(size_t width, struct gnp_scratch *scratch, struct gnp_any_spread *out, struct gnp_error *error);
+gnp_status gnp_any_spread_begin(size_t width, struct gnp_scratch *scratch, struct gnp_any_spread *out,
+                                struct gnp_error *error);
 void gnp_any_spread_add(struct gnp_any_spread *spread, const float *row);
-/* Into the layout's rows PREFIX.mean and PREFIX.deviation, which is at least 0.1: what hardly varies is not blown up. */
+/* Into the layout's rows PREFIX.mean and PREFIX.deviation, which is at least 0.1: what hardly varies is not blown
+ * up. */
 void gnp_any_spread_write(const struct gnp_any_spread *spread, const struct gnp_layout *layout, const char *prefix,
                           float *parameters);
 

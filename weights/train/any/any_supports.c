@@ -53,10 +53,12 @@ gnp_status gnp_any_supports_look(const struct gnp_any_cloud *cloud, const uint32
 	views->ladders = gnp_scratch_take(scratch, count, sizeof *views->ladders);
 	if (!views->ladders)
 		return gnp_no_memory("training", count, "ladders", error);
-	gnp_status status = gnp_neighborhoods_find(source.neighbors, centres, count, reach, 1, reach, scratch, &views->found, error);
+	gnp_status status = gnp_neighborhoods_find(source.neighbors, centres, count, reach, 1, reach, scratch,
+	                                           &views->found, error);
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
 		size_t from = views->found.start[i];
-		gnp_support_look(&source, centres[i], views->found.index + from, views->found.start[i + 1] - from, &views->ladders[i]);
+		gnp_support_look(&source, centres[i], views->found.index + from, views->found.start[i + 1] - from,
+		                 &views->ladders[i]);
 	}
 	return status;
 }
@@ -80,12 +82,14 @@ static gnp_status build_one(const struct gnp_any_cloud *cloud, const struct gnp_
 	const struct gnp_support_cloud source = gnp_any_cloud_source(cloud);
 	const struct gnp_ladder *ladder = &views->ladders[i];
 	unsigned step = gnp_frame_choose(network, ladder);
-	size_t reach = at_most(gnp_support_reach(step), cloud), from = views->found.start[i], count = views->found.start[i + 1] - from;
+	size_t reach = at_most(gnp_support_reach(step), cloud);
+	size_t from = views->found.start[i], count = views->found.start[i + 1] - from;
 	const uint32_t *index = views->found.index + from;
 	const double *distance = views->found.distance + from;
 	struct gnp_neighborhoods wide;
 	if (reach > GNP_LADDER_REACH) {
-		gnp_status status = gnp_neighborhoods_find(source.neighbors, &centre, 1, reach, 1, reach, scratch, &wide, error);
+		gnp_status status = gnp_neighborhoods_find(source.neighbors, &centre, 1, reach, 1, reach, scratch, &wide,
+		                                           error);
 		if (status != GNP_OK)
 			return status;
 		count = wide.start[1];

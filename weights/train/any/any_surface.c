@@ -42,7 +42,8 @@ static int draw_kind(enum gnp_any_group group, struct gnp_random *random)
 static gnp_status draw_solid(enum gnp_any_group group, size_t count, struct gnp_random *random, struct gnp_pool *pool,
                              struct gnp_any_surface *out, struct gnp_error *error)
 {
-	struct gnp_solid_options options = {.seed = gnp_random_below(random, SEEDS), .kind = draw_kind(group, random), .count = count};
+	struct gnp_solid_options options = {
+		.seed = gnp_random_below(random, SEEDS), .kind = draw_kind(group, random), .count = count};
 	struct gnp_solid_sample sample;
 	options.sampling = (int)gnp_random_below(random, GNP_SOLID_SAMPLING_COUNT);
 	gnp_status status = gnp_solid_sample_create(&options, pool, NULL, &sample, error);
@@ -50,10 +51,12 @@ static gnp_status draw_solid(enum gnp_any_group group, size_t count, struct gnp_
 		return status;
 	*out = (struct gnp_any_surface){
 		.count = sample.count, .points = sample.points, .normals = sample.normals, .second_form = sample.second_form,
-		.piece = sample.piece, .edge = sample.edge, .spacing = sample.spacing, .faceted = is_kind(options.kind, "facets")};
+		.piece = sample.piece, .edge = sample.edge, .spacing = sample.spacing,
+		.faceted = is_kind(options.kind, "facets")};
 	for (size_t i = 0; i < sample.count; i++)
 		out->edge[i] /= sample.spacing;
-	snprintf(out->name, sizeof out->name, "%s %s", gnp_solid_kind_name(options.kind), gnp_solid_sampling_name(options.sampling));
+	snprintf(out->name, sizeof out->name, "%s %s", gnp_solid_kind_name(options.kind),
+	         gnp_solid_sampling_name(options.sampling));
 	return GNP_OK;
 }
 
@@ -74,7 +77,8 @@ static gnp_status make_room(size_t count, struct gnp_any_surface *out, struct gn
 }
 
 /* count of the sample's points, each set of them as likely. */
-static void choose(const struct gnp_sample *sample, size_t count, struct gnp_random *random, struct gnp_any_surface *out)
+static void choose(const struct gnp_sample *sample, size_t count, struct gnp_random *random,
+                   struct gnp_any_surface *out)
 {
 	size_t k = 0;
 	for (size_t i = 0; k < count; i++) {
@@ -88,8 +92,8 @@ static void choose(const struct gnp_sample *sample, size_t count, struct gnp_ran
 }
 
 /* Half of them even, half at random: a quarter of an even sample. */
-static gnp_status draw_radial(size_t count, struct gnp_random *random, struct gnp_pool *pool, struct gnp_any_surface *out,
-                              struct gnp_error *error)
+static gnp_status draw_radial(size_t count, struct gnp_random *random, struct gnp_pool *pool,
+                              struct gnp_any_surface *out, struct gnp_error *error)
 {
 	uint64_t seed = gnp_random_below(random, SEEDS);
 	unsigned degree = gnp_radial_degree(gnp_random_below(random, GNP_RADIAL_DEGREES));
@@ -113,8 +117,8 @@ static gnp_status draw_radial(size_t count, struct gnp_random *random, struct gn
 	return status;
 }
 
-gnp_status gnp_any_surface_draw(enum gnp_any_group group, size_t count, struct gnp_random *random, struct gnp_pool *pool,
-                                struct gnp_any_surface *out, struct gnp_error *error)
+gnp_status gnp_any_surface_draw(enum gnp_any_group group, size_t count, struct gnp_random *random,
+                                struct gnp_pool *pool, struct gnp_any_surface *out, struct gnp_error *error)
 {
 	static const double RADIAL = 0.2, SMOOTH = 0.58; /* shares below */
 	if (group == GNP_ANY_MIXED) {

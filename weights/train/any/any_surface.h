@@ -28,10 +28,10 @@ struct gnp_any_surface {
 	bool faceted;        /* triangles that stand for a smooth surface: their curvature and creases are no truth */
 };
 
-/* count points, 16 at least, of a surface of the group that random chooses; its seeds are below 2^30, which are training's
- * (protocol.h). Deterministic for any worker count. On failure *out is unchanged. */
-gnp_status gnp_any_surface_draw(enum gnp_any_group group, size_t count, struct gnp_random *random, struct gnp_pool *pool,
-                                struct gnp_any_surface *out, struct gnp_error *error);
+/* count points, 16 at least, of a surface of the group that random chooses; its seeds are below 2^30, which are
+ * training's (protocol.h). Deterministic for any worker count. On failure *out is unchanged. */
+gnp_status gnp_any_surface_draw(enum gnp_any_group group, size_t count, struct gnp_random *random,
+                                struct gnp_pool *pool, struct gnp_any_surface *out, struct gnp_error *error);
 void gnp_any_surface_clear(struct gnp_any_surface *surface);
 
 #endif

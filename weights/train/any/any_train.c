@@ -37,12 +37,12 @@ struct gnp_any_train {
 struct gnp_any_options gnp_any_train_defaults(void)
 {
 	return (struct gnp_any_options){
-		.architecture = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 32,
-	                     .channels = 4, .neurons = 32, .layers = 3, .quadrature = 64, .head_width = 64,
+		.architecture = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES,
+	                     .width = 32, .channels = 4, .neurons = 32, .layers = 3, .quadrature = 64, .head_width = 64,
 	                     .outputs = GNP_WEIGHTED_OUTPUTS, .node_width = 32, .frame_width = 48},
-		.recipe = gnp_any_recipe_defaults(), .seed = 1, .window = 32, .frame_visit = 20, .visit = 60, .frame_steps = 4000,
-		.frame_batch = 512, .seconds = 1200, .batch = 128, .micro = 16, .frame_rate = 3e-3, .rate = 2e-3, .last = 0.01,
-		.frame_warm = 20, .warm = 200, .clip = 1};
+		.recipe = gnp_any_recipe_defaults(), .seed = 1, .window = 32, .frame_visit = 20, .visit = 60,
+		.frame_steps = 4000, .frame_batch = 512, .seconds = 1200, .batch = 128, .micro = 16, .frame_rate = 3e-3,
+		.rate = 2e-3, .last = 0.01, .frame_warm = 20, .warm = 200, .clip = 1};
 }
 
 bool gnp_any_train_in_frames(const struct gnp_any_train *train)
@@ -74,7 +74,8 @@ static gnp_status follow_visits(struct gnp_any_train *train, struct gnp_error *e
 
 /* ---- A micro-batch ---- */
 
-static gnp_status run_micro(struct gnp_any_train *train, size_t micro, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status run_micro(struct gnp_any_train *train, size_t micro, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	const struct gnp_any_options *options = &train->options;
 	const struct gnp_any_pick from = {train->clouds, options->window};
@@ -87,12 +88,14 @@ static gnp_status run_micro(struct gnp_any_train *train, size_t micro, struct gn
 	gnp_random_seed(&random, options->seed,
 	                (frames ? STREAM_FRAMES : STREAM_SUPPORTS) | (train->state.step * MICROS_MAX + micro));
 	if (frames)
-		return gnp_any_batch_frames(train->network, &from, options->frame_batch, &random, scratch, &share->frames, gradient, error);
-	return gnp_any_batch_supports(train->network, &from, options->micro, options->batch, &random, scratch, &share->terms, gradient,
-	                              error);
+		return gnp_any_batch_frames(train->network, &from, options->frame_batch, &random, scratch, &share->frames,
+		                            gradient, error);
+	return gnp_any_batch_supports(train->network, &from, options->micro, options->batch, &random, scratch,
+	                              &share->terms, gradient, error);
 }
 
-static gnp_status run_micros(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status run_micros(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                             struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
 	for (size_t micro = begin; micro < end && status == GNP_OK; micro++)
@@ -105,7 +108,8 @@ static size_t micros_of(const struct gnp_any_options *options, bool frames)
 	return frames ? options->frame_batch / GNP_ANY_BATCH_FRAMES : options->batch / options->micro;
 }
 
-static gnp_status add_gradients(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status add_gradients(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                struct gnp_error *error)
 {
 	struct gnp_any_train *train = context;
 	size_t micros = micros_of(&train->options, gnp_any_train_in_frames(train));
@@ -199,7 +203,8 @@ static void descend(struct gnp_any_train *train, struct gnp_any_report *report)
 	if (report->frames)
 		report->rate = options->frame_rate * gnp_rate_factor(state->step, options->frame_warm, fraction, options->last);
 	else
-		report->rate = options->rate * gnp_rate_factor(state->step - options->frame_steps, options->warm, fraction, options->last);
+		report->rate =
+			options->rate * gnp_rate_factor(state->step - options->frame_steps, options->warm, fraction, options->last);
 	gnp_adam_update(&state->adam, report->rate, train->gradients, state->parameters);
 }
 
@@ -213,7 +218,8 @@ gnp_status gnp_any_train_step(struct gnp_any_train *train, struct gnp_any_report
 	if (status == GNP_OK)
 		status = load(train, error);
 	if (status == GNP_OK)
-		status = gnp_pool_run(train->pool, NULL, micros_of(&train->options, report->frames), 1, run_micros, train, error);
+		status =
+			gnp_pool_run(train->pool, NULL, micros_of(&train->options, report->frames), 1, run_micros, train, error);
 	if (status == GNP_OK)
 		status = gnp_pool_run(train->pool, NULL, train->layout.total, PARAMETERS_A_CHUNK, add_gradients, train, error);
 	if (status != GNP_OK)
@@ -229,19 +235,24 @@ gnp_status gnp_any_train_step(struct gnp_any_train *train, struct gnp_any_report
 
 static gnp_status check_options(const struct gnp_any_options *options, struct gnp_error *error)
 {
-	size_t micros = options->micro ? options->batch / options->micro : 0, groups = options->frame_batch / GNP_ANY_BATCH_FRAMES;
+	size_t micros = options->micro ? options->batch / options->micro : 0;
+	size_t groups = options->frame_batch / GNP_ANY_BATCH_FRAMES;
+	if (options->architecture.head != GNP_HEAD_WEIGHTED)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "head: got %s, need %s",
+		                     gnp_head_name(options->architecture.head), gnp_head_name(GNP_HEAD_WEIGHTED));
 	if (options->micro % GNP_ANY_BATCH_CLOUDS || micros == 0 || micros > MICROS_MAX || options->batch % options->micro)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "batch: got %zu of micro-batches of %zu, need a multiple of these, up to %d of them, each a multiple "
-		                     "of %d", options->batch, options->micro, MICROS_MAX, GNP_ANY_BATCH_CLOUDS);
+		                     "batch: got %zu of micro-batches of %zu, need a multiple of these, up to %d of them, each "
+		                     "a multiple of %d", options->batch, options->micro, MICROS_MAX, GNP_ANY_BATCH_CLOUDS);
 	if (groups == 0 || groups > MICROS_MAX || options->frame_batch % GNP_ANY_BATCH_FRAMES)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "frame batch: got %zu, need a multiple of %d, up to %d of them",
-		                     options->frame_batch, GNP_ANY_BATCH_FRAMES, MICROS_MAX);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                     "frame batch: got %zu, need a multiple of %d, up to %d of them", options->frame_batch,
+		                     GNP_ANY_BATCH_FRAMES, MICROS_MAX);
 	if (options->window == 0 || options->visit == 0 || options->frame_visit == 0 || options->frame_steps == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "window, visit, frame visit, frame steps: got %zu, %llu, %llu, %llu, need at least 1 each",
-		                     options->window, (unsigned long long)options->visit, (unsigned long long)options->frame_visit,
-		                     (unsigned long long)options->frame_steps);
+		                     options->window, (unsigned long long)options->visit,
+		                     (unsigned long long)options->frame_visit, (unsigned long long)options->frame_steps);
 	if (options->recipe.least < 1000 || options->recipe.most < options->recipe.least)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu to %zu, need 1000 or more, ascending",
 		                     options->recipe.least, options->recipe.most);
@@ -252,9 +263,10 @@ static gnp_status check_options(const struct gnp_any_options *options, struct gn
 static void describe(const struct gnp_any_train *train, char *text, size_t size)
 {
 	const struct gnp_architecture *a = &train->options.architecture;
-	snprintf(text, size, "regime any frame-steps %llu width %u channels %u neurons %u layers %u head %u node %u frame %u",
-	         (unsigned long long)train->options.frame_steps, a->width, a->channels, a->neurons, a->layers, a->head_width,
-	         a->node_width, a->frame_width);
+	snprintf(text, size,
+	         "regime any frame-steps %llu width %u channels %u neurons %u layers %u head %u node %u frame %u",
+	         (unsigned long long)train->options.frame_steps, a->width, a->channels, a->neurons, a->layers,
+	         a->head_width, a->node_width, a->frame_width);
 }
 
 static gnp_status start(struct gnp_any_train *train, const char *resume, struct gnp_error *error)

@@ -1,8 +1,8 @@
 /* The loop that trains the model for every cloud, in two phases: first the choice of frames, then all the rest.
  *
- * A step's batch is cut into micro-batches of fixed size, which workers take one at a time; their gradients are added in
- * order. Clouds and random numbers follow from the seed and the step. So a step gives the same bytes for any number of
- * workers, and what goes on from a checkpoint those of what never stopped. */
+ * A step's batch is cut into micro-batches of fixed size, which workers take one at a time; their gradients are added
+ * in order. Clouds and random numbers follow from the seed and the step. So a step gives the same bytes for any number
+ * of workers, and what goes on from a checkpoint those of what never stopped. */
 #ifndef GNP_WEIGHTS_ANY_TRAIN_H
 #define GNP_WEIGHTS_ANY_TRAIN_H
 
@@ -14,17 +14,17 @@
 struct gnp_any_options {
 	struct gnp_architecture architecture; /* head weighted */
 	struct gnp_any_recipe recipe;
-	uint64_t seed;                   /* of everything; below GNP_SEED_WATCH (protocol.h) */
-	size_t window;                   /* clouds at hand */
-	uint64_t frame_visit, visit;     /* steps before the oldest is replaced, in each phase */
-	uint64_t frame_steps;            /* of the first phase, at least 1 */
-	size_t frame_batch;              /* points a step of it, a multiple of 32 */
-	uint64_t steps;                  /* of the second phase; 0: what fits into `seconds`, and the rate follows the clock */
+	uint64_t seed;               /* of everything; below GNP_SEED_WATCH (protocol.h) */
+	size_t window;               /* clouds at hand */
+	uint64_t frame_visit, visit; /* steps before the oldest is replaced, in each phase */
+	uint64_t frame_steps;        /* of the first phase, at least 1 */
+	size_t frame_batch;          /* points a step of it, a multiple of 32 */
+	uint64_t steps;              /* of the second phase; 0: what fits into `seconds`, and the rate follows the clock */
 	double seconds;
-	size_t batch, micro;             /* supports a step, and a micro-batch, which divides it and is a multiple of 4 */
-	double frame_rate, rate, last;   /* the largest rates, and what is left of each at its phase's end as a share */
-	uint64_t frame_warm, warm;       /* steps the rates take to rise */
-	double clip;                     /* largest norm of a gradient */
+	size_t batch, micro;           /* supports a step, and a micro-batch, which divides it and is a multiple of 4 */
+	double frame_rate, rate, last; /* the largest rates, and what is left of each at its phase's end as a share */
+	uint64_t frame_warm, warm;     /* steps the rates take to rise */
+	double clip;                   /* largest norm of a gradient */
 };
 struct gnp_any_options gnp_any_train_defaults(void);
 
@@ -38,8 +38,8 @@ struct gnp_any_report {
 
 struct gnp_any_train;
 
-/* Starts at step 0, or where `resume`, a checkpoint's file, stands (NULL: none). pool is borrowed until gnp_any_train_close.
- * GNP_INVALID_ARGUMENT names the option. */
+/* Starts at step 0, or where `resume`, a checkpoint's file, stands (NULL: none). pool is borrowed until
+ * gnp_any_train_close. GNP_INVALID_ARGUMENT names the option. */
 gnp_status gnp_any_train_open(const struct gnp_any_options *options, const char *resume, struct gnp_pool *pool,
                               struct gnp_any_train **out, struct gnp_error *error);
 void gnp_any_train_close(struct gnp_any_train *train);

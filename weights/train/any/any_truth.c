@@ -19,7 +19,8 @@ static double apply(const double form[9], const double a[3], const double b[3])
 /* h_ab = II(t_a, t_b) sqrt(1 + |grad h|^2) with tangents t_u = psi1 + h_u psi3, t_v = psi2 + h_v psi3. */
 void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_support *support, struct gnp_any_truth *out)
 {
-	const double *normal = cloud->normals + 3 * (size_t)support->centre, *form = cloud->second_form + 9 * (size_t)support->centre;
+	const double *normal = cloud->normals + 3 * (size_t)support->centre,
+				 *form = cloud->second_form + 9 * (size_t)support->centre;
 	double sign = gnp_dot(normal, support->frame[2]) < 0 ? -1 : 1, tangent[2][3];
 	for (int c = 0; c < 3; c++)
 		out->normal[c] = sign * gnp_dot(normal, support->frame[c]);

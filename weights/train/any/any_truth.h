@@ -11,7 +11,8 @@ struct gnp_any_truth {
 };
 
 /* Of the surface point that the centre came from. */
-void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_support *support, struct gnp_any_truth *out);
+void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_support *support,
+                        struct gnp_any_truth *out);
 
 /* strange (nodes): of each node's points the share that are outliers or of another smooth piece than the centre. */
 void gnp_any_truth_label(const struct gnp_any_cloud *cloud, const struct gnp_support *support, double *strange);

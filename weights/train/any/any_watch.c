@@ -32,15 +32,15 @@ struct gnp_any_watch {
 
 const char *gnp_any_figure_name(enum gnp_any_figure figure)
 {
-	static const char *const names[GNP_ANY_FIGURES] = {"ratio",    "angle",    "frame_angle", "curvature",
+	static const char *const names[GNP_ANY_FIGURES] = {"ratio",    "angle",    "frame_angle",      "curvature",
 	                                                   "inside_1", "inside_2", "crease_precision", "crease_recall"};
 	return (unsigned)figure < GNP_ANY_FIGURES ? names[figure] : NULL;
 }
 
 /* ---- The clouds ---- */
 
-static gnp_status make_cloud(const struct gnp_any_recipe *recipe, size_t i, struct gnp_pool *pool, struct gnp_any_cloud *out,
-                             struct gnp_error *error)
+static gnp_status make_cloud(const struct gnp_any_recipe *recipe, size_t i, struct gnp_pool *pool,
+                             struct gnp_any_cloud *out, struct gnp_error *error)
 {
 	enum { LEVELS = 6 };
 	static const double noise[LEVELS] = {0, 0.05, 0.3, 1, 2.4, 4.5};
@@ -58,7 +58,9 @@ gnp_status gnp_any_watch_open(const struct gnp_any_recipe *recipe, size_t clouds
 	struct gnp_any_watch *watch = gnp_array_zero(1, sizeof *watch);
 	if (!watch)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory");
-	*watch = (struct gnp_any_watch){.pool = pool, .count = clouds, .centres = centres,
+	*watch = (struct gnp_any_watch){.pool = pool,
+	                                .count = clouds,
+	                                .centres = centres,
 	                                .clouds = gnp_array_zero(clouds, sizeof *watch->clouds),
 	                                .outcomes = gnp_array_new(clouds, sizeof *watch->outcomes)};
 	if (!watch->clouds || !watch->outcomes)
@@ -141,20 +143,23 @@ static gnp_status judge_some(const struct gnp_network *network, const struct gnp
 	struct gnp_weighted_pass pass;
 	size_t made = 0, most = WIDEST < cloud->count ? WIDEST : cloud->count;
 	gnp_any_supports_centres(cloud, false, count, random, centres);
-	gnp_status status = gnp_any_supports_build(cloud, network, centres, count, random, scratch, supports, clouds, &made, error);
+	gnp_status status =
+		gnp_any_supports_build(cloud, network, centres, count, random, scratch, supports, clouds, &made, error);
 	if (status == GNP_OK && made)
 		status = gnp_weighted_forward(network, supports, made, &pass, scratch, error);
 	for (size_t p = 0; p < made && status == GNP_OK; p++)
 		judge_support(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, outcome);
 	if (status == GNP_OK)
-		status = gnp_neighborhoods_find(cloud->prepared.neighbors, centres, count, most, 1, most, scratch, &found, error);
+		status =
+			gnp_neighborhoods_find(cloud->prepared.neighbors, centres, count, most, 1, most, scratch, &found, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
 		judge_planes(cloud, found.index + found.start[p], found.start[p + 1] - found.start[p],
 		             cloud->normals + 3 * (size_t)centres[p], outcome);
 	return status;
 }
 
-static gnp_status judge_clouds(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status judge_clouds(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct gnp_any_watch *watch = context;
 	gnp_status status = GNP_OK;
@@ -165,8 +170,9 @@ static gnp_status judge_clouds(void *context, size_t begin, size_t end, struct g
 		for (size_t done = 0; done < watch->centres && status == GNP_OK; done += SUPPORTS_AT_A_TIME) {
 			size_t left = watch->centres - done;
 			struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
-			status = judge_some(watch->network, &watch->clouds[i], left < SUPPORTS_AT_A_TIME ? left : SUPPORTS_AT_A_TIME, &random,
-			                    scratch, &watch->outcomes[i], error);
+			status =
+				judge_some(watch->network, &watch->clouds[i], left < SUPPORTS_AT_A_TIME ? left : SUPPORTS_AT_A_TIME,
+			               &random, scratch, &watch->outcomes[i], error);
 			gnp_scratch_release(scratch, mark);
 		}
 	}
