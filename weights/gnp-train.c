@@ -1,4 +1,5 @@
-/* gnp-train: trains a geometric neural operator for one of the paper's regimes, or for every cloud, and writes its weights. */
+/* gnp-train: trains a geometric neural operator for one of the paper's regimes, or for every cloud, and writes its
+ * weights. */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -92,7 +93,8 @@ static enum gnp_exit train(const struct gnp_arguments *arguments, struct gnp_err
 
 int main(int argc, char **argv)
 {
-	const struct gnp_program program = {"gnp-train", "trains a geometric neural operator for one of the paper's regimes, or for every cloud",
+	const struct gnp_program program = {"gnp-train",
+	                                    "trains a geometric neural operator for one of the paper's regimes, or for every cloud",
 	                                    gnp_train_plan_options, gnp_train_plan_option_count(), train};
 	return gnp_program_main(&program, argc, argv);
 }

@@ -15,7 +15,7 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"minutes", 0, "N", "how long to train (20)"},
 	{"steps", 0, "N", "or how many steps; then training repeats to the byte"},
 	{"prepare", 0, NULL, "only sample the shapes into the cache"},
-	{"trunk", 0, "NAME", "edge or separable (edge)"},
+	{"trunk", 0, "NAME", "edge or separable (edge); any: separable"},
 	{"head", 0, "NAME", "pooled or projection (projection); any: weighted"},
 	{"width", 0, "N", "values a node (64)"},
 	{"channels", 0, "N", "blocks of the kernel's values (4)"},

@@ -166,6 +166,8 @@ static gnp_status keep_up(struct running *running, struct gnp_error *error)
 	bool end = at_end(running), turn = running->frames && !gnp_any_train_in_frames(running->train);
 	bool watch = end || (!running->frames && now - running->watch_at >= options->watch_seconds);
 	gnp_status status = GNP_OK;
+	if (turn)
+		running->watch_at = now;
 	if (watch || turn || now - running->row_at >= options->line_seconds)
 		status = write_row(running, watch, error);
 	if (status == GNP_OK && (end || turn || now - running->save_at >= options->save_seconds))

@@ -1,4 +1,5 @@
-/* What the model for every cloud is trained on and by: clouds, truth in a support's frame, losses and their derivatives. */
+/* What the model for every cloud is trained on and by: clouds, truth in a support's frame, losses and their
+ * derivatives. */
 #include "core/base/vector.h"
 #include "core/linear/linalg.h"
 #include "core/network/frame_choice.h"
@@ -63,7 +64,8 @@ static void truth_follows_the_curve(void)
 }
 
 /* Displacement of caller's point i from the cloud without noise, which is the same otherwise. */
-static void displacements(const struct gnp_any_cloud *from, const struct gnp_any_cloud *to, double *moved, double *normals)
+static void displacements(const struct gnp_any_cloud *from, const struct gnp_any_cloud *to, double *moved,
+                          double *normals)
 {
 	for (size_t i = 0; i < to->count; i++) {
 		memcpy(moved + 3 * to->prepared.order[i], to->prepared.points + 3 * i, 3 * sizeof *moved);
@@ -171,7 +173,8 @@ static void rare_centres_are_near_creases_or_outliers(void)
 	CHECK(outliers[0] == 0);
 	CHECK_NEAR((double)outliers[1] / COUNT, 0.15 * 0.2, 0.012);
 	CHECK(near[0] > 0 && near[0] < 0.9 * COUNT); /* else this cloud shows nothing */
-	CHECK_NEAR((double)near[1] / COUNT, 0.85 * (0.35 + 0.65 * (double)near[0] / COUNT) + 0.15 * 0.8 * (double)near[0] / COUNT, 0.04);
+	CHECK_NEAR((double)near[1] / COUNT,
+	           0.85 * (0.35 + 0.65 * (double)near[0] / COUNT) + 0.15 * 0.8 * (double)near[0] / COUNT, 0.04);
 	gnp_any_cloud_clear(&cloud);
 }
 
@@ -189,7 +192,8 @@ static void supports_are_those_of_their_centres(void)
 	struct gnp_random random;
 	gnp_random_seed(&random, 1, 0);
 	gnp_any_supports_centres(&cloud, false, COUNT, &random, centres);
-	CHECK(gnp_any_supports_build(&cloud, network, centres, COUNT, &random, scratch, supports, clouds, &made, NULL) == GNP_OK);
+	CHECK(gnp_any_supports_build(&cloud, network, centres, COUNT, &random, scratch, supports, clouds, &made, NULL) ==
+	      GNP_OK);
 	CHECK(gnp_any_supports_look(&cloud, centres, COUNT, scratch, &views, NULL) == GNP_OK);
 	CHECK(made == COUNT);
 	for (size_t i = 0; i < made; i++) {
@@ -203,9 +207,11 @@ static void supports_are_those_of_their_centres(void)
 
 /* ---- Truth ---- */
 
-static const double identity[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, below[3][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+static const double identity[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+static const double below[3][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
 
-static struct gnp_any_truth truth_of(const double normal[3], const double form[9], const double frame[3][3], bool faceted)
+static struct gnp_any_truth truth_of(const double normal[3], const double form[9], const double frame[3][3],
+                                     bool faceted)
 {
 	static struct gnp_support support;
 	double n[3], s[9];
@@ -272,7 +278,8 @@ static void nodes_are_strange_by_share(void)
 
 static void surface_loss_has_its_derivative(void)
 {
-	const struct gnp_any_truth curved = {{0.28, -0.1, 0.9548}, true, {0.4, -0.2, 1.1}}, bare = {{0.6, 0, 0.8}, false, {0}};
+	const struct gnp_any_truth curved = {{0.28, -0.1, 0.9548}, true, {0.4, -0.2, 1.1}};
+	const struct gnp_any_truth bare = {{0.6, 0, 0.8}, false, {0}};
 	const double sizes[3] = {1, 1e-2, 1e-4};
 	for (int k = 0; k < 6; k++) {
 		const struct gnp_any_truth *truth = k % 2 ? &bare : &curved;
@@ -314,7 +321,8 @@ static void cross_entropy_has_its_derivative(void)
 		for (float x = -3; x <= 3; x += 1.5f) {
 			double p = 1 / (1 + exp(-(double)x));
 			CHECK_NEAR(gnp_any_loss_logit(x, is, &d), -log(is ? p : 1 - p), 1e-12);
-			double high = gnp_any_loss_logit(x + 0.0078125f, is, &unused), low = gnp_any_loss_logit(x - 0.0078125f, is, &unused);
+			double high = gnp_any_loss_logit(x + 0.0078125f, is, &unused);
+			double low = gnp_any_loss_logit(x - 0.0078125f, is, &unused);
 			CHECK_NEAR(d, (high - low) / 0.015625, 1e-5);
 		}
 	CHECK_NEAR(gnp_any_loss_logit(-200, true, &d), 200, 1e-9);
@@ -365,8 +373,8 @@ static void frames_cost_what_they_turn(void)
 /* ---- Gradients ---- */
 
 /* Length of a gradient against the difference of the loss along it. */
-static void check_along(struct gnp_network *network, const float *gradient, double (*loss)(struct gnp_network *, float *),
-                        double step, double tolerance)
+static void check_along(struct gnp_network *network, const float *gradient,
+                        double (*loss)(struct gnp_network *, float *), double step, double tolerance)
 {
 	size_t total = network->layout.total;
 	float *parameters = malloc(total * sizeof *parameters), *unused = calloc(total, sizeof *unused);
@@ -376,7 +384,8 @@ static void check_along(struct gnp_network *network, const float *gradient, doub
 	for (int side = 0; side < 2; side++) {
 		struct gnp_network *moved;
 		for (size_t i = 0; i < total; i++)
-			parameters[i] = (float)((double)network->parameters[i] + (side ? step : -step) * (double)gradient[i] / sqrt(square));
+			parameters[i] =
+				(float)((double)network->parameters[i] + (side ? step : -step) * (double)gradient[i] / sqrt(square));
 		CHECK(gnp_network_create(&network->architecture, parameters, &moved, NULL) == GNP_OK);
 		sides[side] = loss(moved, unused);
 		gnp_network_free(moved);

@@ -1,4 +1,5 @@
-/* The loop that trains the model for every cloud: workers, resuming, what it learns, and the run around it with its files. */
+/* The loop that trains the model for every cloud: workers, resuming, what it learns, and the run around it with its
+ * files. */
 #include <unistd.h>
 
 #include "core/linear/linalg.h"
@@ -33,7 +34,8 @@ static struct gnp_any_options options_of(uint64_t steps)
 	return options;
 }
 
-static struct gnp_any_train *open_train(const struct gnp_any_options *options, const char *resume, struct gnp_pool *pool)
+static struct gnp_any_train *open_train(const struct gnp_any_options *options, const char *resume,
+                                        struct gnp_pool *pool)
 {
 	struct gnp_any_train *train;
 	struct gnp_error error = {0};
@@ -52,7 +54,8 @@ static struct gnp_pool *make_pool(unsigned workers)
 	return pool;
 }
 
-/* Takes steps, resuming a checkpoint or not, leaves one, and gives back its bytes but for the seconds and so the digest. */
+/* Takes steps, resuming a checkpoint or not, leaves one, and gives back its bytes but for the seconds and so the
+ * digest. */
 static size_t run(unsigned workers, uint64_t steps, bool resume, unsigned char bytes[FILE_BYTES])
 {
 	const struct gnp_any_options options = options_of(4);
@@ -182,15 +185,16 @@ static gnp_status parse(const char *const *words, int count, struct gnp_any_plan
 	char *argv[16];
 	for (int i = 0; i < count; i++)
 		argv[i] = (char *)(uintptr_t)words[i];
-	CHECK(gnp_arguments_parse(count, argv, gnp_train_plan_options, gnp_train_plan_option_count(), 0, &arguments, error) == GNP_OK);
+	CHECK(gnp_arguments_parse(count, argv, gnp_train_plan_options, gnp_train_plan_option_count(), 0, &arguments,
+	                          error) == GNP_OK);
 	CHECK(gnp_any_plan_asked(&arguments));
 	return gnp_any_plan_parse(&arguments, plan, error);
 }
 
 static void plans_follow_the_command_line(void)
 {
-	const char *good[] = {"--regime", "any", "-o", "any.safetensors", "--steps", "7", "--frame-steps=5", "--node-width=16",
-	                      "--normal-noise", "0.5", "--rate=1e-3"};
+	const char *good[] = {"--regime",       "any", "-o",       "any.safetensors", "--steps", "7", "--frame-steps=5",
+	                      "--node-width=16", "--normal-noise", "0.5", "--rate=1e-3"};
 	const char *shells[] = {"--regime", "any", "-o", "any.safetensors", "--shells", "30"};
 	const char *head[] = {"--regime", "any", "-o", "any.safetensors", "--head", "pooled"};
 	const char *none[] = {"--regime", "any"};
@@ -268,7 +272,8 @@ static void a_run_leaves_a_model(void)
 	check_model(output, parameters);
 	plan.run.resume = true; /* what is over stays so */
 	CHECK(gnp_any_run(&plan.run, pool, &task, NULL, parameters, &again, NULL) == GNP_OK);
-	CHECK(again.step == 7 && fabs(again.watched[GNP_ANY_RATIO] - end.watched[GNP_ANY_RATIO]) < 1e-5 * end.watched[GNP_ANY_RATIO]);
+	CHECK(again.step == 7 &&
+	      fabs(again.watched[GNP_ANY_RATIO] - end.watched[GNP_ANY_RATIO]) < 1e-5 * end.watched[GNP_ANY_RATIO]);
 	check_model(output, parameters);
 	free(parameters);
 	gnp_pool_free(pool);
