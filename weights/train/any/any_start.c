@@ -1,11 +1,14 @@
 #include "weights/train/any/any_start.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "core/base/random.h"
 #include "core/support/weighted_projection.h"
-#include "weights/train/initial.h"
+
+static const uint64_t STREAM = UINT64_C(0x10) << 56; /* of the seed, one for each tensor */
 
 static float *tensor(const struct gnp_layout *layout, const char *name, float *parameters, size_t *count)
 {
@@ -22,14 +25,42 @@ static void set(const struct gnp_layout *layout, const char *name, float value, 
 		row[i] = value;
 }
 
-/* Uniform within +-1/sqrt(inputs), made so by its initial draw, becomes +-bound. */
-static void set_bound(const struct gnp_layout *layout, const char *name, double bound, float *parameters)
+static bool is_bias(const char *name)
 {
-	size_t count;
-	float *row = tensor(layout, name, parameters, &count);
-	double factor = bound * sqrt((double)gnp_layout_find(layout, name)->shape[1]);
-	for (size_t i = 0; i < count; i++)
-		row[i] = (float)(factor * (double)row[i]);
+	return strcmp(strrchr(name, '.'), ".bias") == 0;
+}
+
+/* Of the trunk are the tensors before the head's first. */
+static double trunk_bound(const struct gnp_architecture *a, const struct gnp_parameter_row *row)
+{
+	static const double BIAS = 0.2;
+	if (strstr(row->name, ".layers.2.")) /* a kernel's last, as in initial.h */
+		return is_bias(row->name) ? 0 : sqrt(3.0 * a->channels / ((double)a->neurons * a->width));
+	return is_bias(row->name) ? BIAS : 1 / sqrt((double)row->shape[1]);
+}
+
+static double head_bound(const struct gnp_parameter_row *row)
+{
+	static const double SMALL = 0.1, LOOKS = 1.5;
+	if (row->rank == 1 || strcmp(row->name, "head.4.weight") == 0)
+		return 0;
+	if (strcmp(row->name, "node.2.weight") == 0 || strcmp(row->name, "frame.2.weight") == 0)
+		return SMALL;
+	return (strcmp(row->name, "frame.0.weight") == 0 ? LOOKS : 1) / sqrt((double)row->shape[1]);
+}
+
+static void draw(const struct gnp_architecture *architecture, const struct gnp_layout *layout, uint64_t seed,
+                 float *parameters)
+{
+	size_t head = gnp_layout_find(layout, "head.mean")->offset;
+	for (size_t i = 0; i < layout->rows; i++) {
+		const struct gnp_parameter_row *row = &layout->row[i];
+		double bound = row->offset < head ? trunk_bound(architecture, row) : head_bound(row);
+		struct gnp_random random;
+		gnp_random_seed(&random, seed, STREAM | i);
+		for (size_t j = 0; j < row->count; j++)
+			parameters[row->offset + j] = (float)(bound * (2 * gnp_random_uniform(&random) - 1));
+	}
 }
 
 static void set_outputs(const struct gnp_layout *layout, float *parameters)
@@ -48,17 +79,10 @@ static void set_outputs(const struct gnp_layout *layout, float *parameters)
 void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
                               uint64_t seed, float *parameters)
 {
-	static const char *const zero[] = {"head.mean",  "head.0.bias",  "head.2.bias", "node.context.bias",
-	                                   "frame.mean", "frame.0.bias", "frame.2.bias"};
-	gnp_initial_parameters(architecture, layout, seed, parameters);
-	for (size_t i = 0; i < sizeof zero / sizeof *zero; i++)
-		set(layout, zero[i], 0, parameters);
+	draw(architecture, layout, seed, parameters);
 	set(layout, "head.deviation", 1, parameters);
 	set(layout, "frame.deviation", 1, parameters);
 	set(layout, "node.2.bias", 1, parameters);
-	set_bound(layout, "node.2.weight", 0.1, parameters);
-	set_bound(layout, "frame.0.weight", 1.5 / sqrt(gnp_layout_find(layout, "frame.0.weight")->shape[1]), parameters);
-	set_bound(layout, "frame.2.weight", 0.1, parameters);
 	set_outputs(layout, parameters);
 }
 

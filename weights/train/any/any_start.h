@@ -8,8 +8,9 @@
 #include "core/base/scratch.h"
 #include "core/network/architecture.h"
 
-/* Fills parameters (layout->total) for a seed: as gnp_initial_parameters, but every support starts with light
- * penalties, all nodes about as heavy, and with creases and outliers rare. */
+/* Fills parameters (layout->total) for a seed: weights of a layer of m inputs uniform within 1 / sqrt(m), biases of the
+ * trunk within 0.2, others 0; a kernel's last layer so that a block keeps the size of what it is given. Every support
+ * starts with light penalties, all nodes about as heavy, and with creases and outliers rare. */
 void gnp_any_start_parameters(const struct gnp_architecture *architecture, const struct gnp_layout *layout,
                               uint64_t seed, float *parameters);
 

@@ -442,6 +442,35 @@ static void batches_have_their_gradients(void)
 	gnp_any_cloud_clear(&drawn_from);
 }
 
+static double largest(const struct gnp_network *network, const char *name)
+{
+	double most = 0;
+	for (size_t i = 0; i < gnp_layout_find(&network->layout, name)->count; i++)
+		most = fmax(most, fabs((double)gnp_network_tensor(network, name)[i]));
+	return most;
+}
+
+static void parameters_start_within_their_bounds(void)
+{
+	struct gnp_network *network = make_network();
+	const struct {
+		const char *name;
+		double bound;
+	} rows[] = {{"lift.weight", 1 / sqrt(10)},          {"lift.bias", 0.2},
+	            {"convs.0.kernel1.layers.0.bias", 0.2}, {"convs.0.kernel2.layers.1.weight", 1 / sqrt(8)},
+	            {"convs.0.kernel2.layers.2.weight", sqrt(12.0 / 64)}, {"head.2.weight", 1 / sqrt(8)},
+	            {"node.2.weight", 0.1},                 {"frame.0.weight", 1.5 / sqrt(GNP_LADDER_LOOKS)}};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		double most = largest(network, rows[i].name);
+		CHECK_AT_MOST(most, rows[i].bound * 1.0001);
+		CHECK(most > 0.5 * rows[i].bound);
+	}
+	CHECK(largest(network, "convs.0.kernel1.layers.2.bias") == 0 && largest(network, "head.4.weight") == 0);
+	CHECK(largest(network, "head.mean") == 0 && gnp_network_tensor(network, "frame.deviation")[3] == 1);
+	CHECK_NEAR(gnp_network_tensor(network, "head.4.bias")[GNP_WEIGHTED_RIDGE + 3], log(1e-5) / 4, 1e-6);
+	gnp_network_free(network);
+}
+
 static void spreads_are_means_and_deviations(void)
 {
 	struct gnp_network *network = make_network();
@@ -482,6 +511,7 @@ int main(int argc, char **argv)
 		TEST(scales_of_errors_keep_to_their_limits),
 		TEST(frames_cost_what_they_turn),
 		TEST(batches_have_their_gradients),
+		TEST(parameters_start_within_their_bounds),
 		TEST(spreads_are_means_and_deviations),
 	};
 	gnp_linalg_init();
