@@ -1,5 +1,6 @@
 #include "weights/train/any/any_plan.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #include "weights/train/train_plan.h"
@@ -19,17 +20,28 @@ gnp_status gnp_any_plan_refuse(const struct gnp_arguments *arguments, struct gnp
 	return GNP_OK;
 }
 
+static bool is_taken(const char *name)
+{
+	static const char *const taken[] = {
+		"regime",    "output",      "minutes",    "steps",       "trunk",        "head",         "width",        "channels",
+		"neurons",   "layers",      "head-width", "node-width",  "frame-width",  "rate",         "last-rate",    "warm",
+		"clip",      "batch",       "micro",      "window",      "visit",        "frame-steps",  "frame-rate",   "seed",
+		"resume",    "checkpoint",  "workers",    "help",        "watch-shapes", "watch-centres", "watch-minutes",
+		"normal-noise"};
+	for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+		if (strcmp(name, taken[i]) == 0)
+			return true;
+	return false;
+}
+
 static gnp_status refuse_foreign(const struct gnp_arguments *arguments, struct gnp_error *error)
 {
-	static const char *const foreign[] = {"prepare", "shells",      "k",          "buffer", "delta0-ratio",
-	                                      "patch",   "centre",      "cell",       "near",   "shapes",
-	                                      "points",  "least-noise", "most-noise", "cache",  "quadrature"};
 	const char *head = gnp_arguments_get(arguments, "head", "weighted");
 	const char *trunk = gnp_arguments_get(arguments, "trunk", "separable");
-	for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
-		if (gnp_arguments_has(arguments, foreign[i]))
+	for (size_t i = 0; i < arguments->option_count; i++)
+		if (!is_taken(arguments->options[i].option->name))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: given with --regime any, which has no use for it",
-			                     foreign[i]);
+			                     arguments->options[i].option->name);
 	if (strcmp(head, "weighted") != 0 || strcmp(trunk, "separable") != 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "--head, --trunk: got '%s', '%s', need weighted, separable with --regime any", head,
