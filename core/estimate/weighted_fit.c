@@ -253,7 +253,7 @@ gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uin
 	if (status == GNP_OK)
 		status = build(cloud, centres, count, rows, supports, error);
 	if (status == GNP_OK)
-		status = gnp_weighted_forward(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
+		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
 		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, &pieces[p], scratch, error);
 	return status;

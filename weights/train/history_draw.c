@@ -5,25 +5,15 @@
 
 #include "clients/file_io.h"
 #include "clients/plot/picture.h"
-#include "weights/train/train_log.h"
+#include "weights/train/history.h"
 
-enum { WIDTH = 960, HEIGHT = 600, LEFT = 80, RIGHT = 24, TOP = 48, BOTTOM = 48, CURVES = 4, SCALE = 2 };
+enum { WIDTH = 960, HEIGHT = 600, LEFT = 80, RIGHT = 24, TOP = 48, BOTTOM = 48, SCALE = 2 };
 
 static const struct gnp_color ink = {40, 40, 40}, pale = {225, 225, 225};
 
-/* One curve: its name, its colour, and its value in a row, NaN where there is none. */
-static const struct curve {
-	const char *name;
-	struct gnp_color color;
-	int score; /* of the watched shapes; -1: the loss */
-} curves[CURVES] = {{"loss", {150, 150, 150}, -1},
-                    {"shape", {200, 120, 20}, GNP_SCORE_SECOND_FORM},
-                    {"gaussian", {190, 30, 45}, GNP_SCORE_GAUSSIAN},
-                    {"mean", {30, 90, 180}, GNP_SCORE_MEAN}};
-
-static double value_of(const struct curve *curve, const struct gnp_train_row *row)
+static double value_of(const struct gnp_history *history, const struct gnp_history_curve *curve, size_t row)
 {
-	return curve->score < 0 ? row->report.loss : row->watched[curve->score];
+	return history->values[row * history->columns->count + curve->column];
 }
 
 /* The plane of the curves: steps from 0, and powers of ten. */
@@ -32,13 +22,13 @@ struct axes {
 	double low, high; /* log10 */
 };
 
-static struct axes axes_of(const struct gnp_train_log *log)
+static struct axes axes_of(const struct gnp_history *history, const struct gnp_history_curve *curves, size_t count)
 {
 	struct axes axes = {1, INFINITY, -INFINITY};
-	for (size_t i = 0; i < log->count; i++) {
-		axes.last = fmax(axes.last, (double)log->rows[i].step);
-		for (int c = 0; c < CURVES; c++) {
-			double value = log10(value_of(&curves[c], &log->rows[i]));
+	for (size_t i = 0; i < history->count; i++) {
+		axes.last = fmax(axes.last, (double)history->steps[i]);
+		for (size_t c = 0; c < count; c++) {
+			double value = log10(value_of(history, &curves[c], i));
 			if (isfinite(value)) {
 				axes.low = fmin(axes.low, value);
 				axes.high = fmax(axes.high, value);
@@ -91,33 +81,34 @@ static void draw_axes(struct gnp_picture *picture, const struct axes *axes, cons
 	gnp_picture_text(picture, LEFT, 8, SCALE, ink, title);
 }
 
-static void draw_curve(struct gnp_picture *picture, const struct axes *axes, const struct gnp_train_log *log,
-                       const struct curve *curve)
+static void draw_curve(struct gnp_picture *picture, const struct axes *axes, const struct gnp_history *history,
+                       const struct gnp_history_curve *curve)
 {
 	double x0 = NAN, y0 = NAN;
-	for (size_t i = 0; i < log->count; i++) {
-		double value = value_of(curve, &log->rows[i]);
+	for (size_t i = 0; i < history->count; i++) {
+		double value = value_of(history, curve, i);
 		if (!(value > 0) || isinf(value))
 			continue;
-		double x = across(axes, (double)log->rows[i].step), y = down(axes, value);
+		double x = across(axes, (double)history->steps[i]), y = down(axes, value);
 		draw_line(picture, isnan(x0) ? x : x0, isnan(y0) ? y : y0, x, y, curve->color);
 		x0 = x;
 		y0 = y;
 	}
 }
 
-gnp_status gnp_train_log_draw(const struct gnp_train_log *log, const char *title, const char *path, struct gnp_error *error)
+gnp_status gnp_history_draw(const struct gnp_history *history, const struct gnp_history_curve *curves, size_t count,
+                            const char *title, const char *path, struct gnp_error *error)
 {
 	struct gnp_picture picture;
 	struct gnp_buffer png = {0};
-	struct axes axes = axes_of(log);
+	struct axes axes = axes_of(history, curves, count);
 	gnp_status status = gnp_picture_create(WIDTH, HEIGHT, &picture, error);
 	if (status != GNP_OK)
 		return status;
 	draw_axes(&picture, &axes, title);
-	for (int c = 0; c < CURVES; c++) {
-		draw_curve(&picture, &axes, log, &curves[c]);
-		gnp_picture_text(&picture, LEFT + 130 * c, TOP - 18, SCALE, curves[c].color, curves[c].name);
+	for (size_t c = 0; c < count; c++) {
+		draw_curve(&picture, &axes, history, &curves[c]);
+		gnp_picture_text(&picture, LEFT + 130 * (long)c, TOP - 18, SCALE, curves[c].color, curves[c].name);
 	}
 	status = gnp_picture_encode(&picture, &png, error);
 	if (status == GNP_OK)

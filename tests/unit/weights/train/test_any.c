@@ -1,0 +1,525 @@
+/* What the model for every cloud is trained on and by: clouds, truth in a support's frame, losses and their
+ * derivatives. */
+#include "core/base/vector.h"
+#include "core/linear/linalg.h"
+#include "core/network/frame_choice.h"
+#include "tests/unit/test.h"
+#include "weights/train/any/any_batch.h"
+#include "weights/train/any/any_frames.h"
+#include "weights/train/any/any_start.h"
+#include "weights/train/any/any_train.h"
+
+enum { POINTS = 2000 };
+
+static struct gnp_pool *pool;
+static struct gnp_scratch *scratch;
+
+static struct gnp_any_recipe recipe_of(enum gnp_any_group group, double noise)
+{
+	return (struct gnp_any_recipe){.group = group, .least = POINTS, .most = POINTS, .noise = noise};
+}
+
+static struct gnp_any_cloud make_cloud(const struct gnp_any_recipe *recipe, uint64_t seed)
+{
+	struct gnp_any_cloud cloud;
+	struct gnp_error error = {0};
+	if (gnp_any_cloud_create(recipe, seed, 0, pool, &cloud, &error) != GNP_OK) {
+		fprintf(stderr, "%s\n", error.text);
+		exit(1);
+	}
+	return cloud;
+}
+
+static struct gnp_network *make_network(void)
+{
+	struct gnp_architecture architecture = gnp_any_train_defaults().architecture;
+	static struct gnp_layout layout;
+	struct gnp_network *network;
+	architecture.width = architecture.neurons = architecture.head_width = architecture.node_width = 8;
+	architecture.frame_width = 8;
+	architecture.layers = 1;
+	CHECK(gnp_architecture_layout(&architecture, &layout, NULL) == GNP_OK);
+	float *parameters = malloc(layout.total * sizeof *parameters);
+	gnp_any_start_parameters(&architecture, &layout, 3, parameters);
+	CHECK(gnp_network_create(&architecture, parameters, &network, NULL) == GNP_OK);
+	free(parameters);
+	return network;
+}
+
+/* ---- Clouds ---- */
+
+/* Exact normals lie at the points they belong to: those estimated without noise are near them. */
+static void truth_follows_the_curve(void)
+{
+	const struct gnp_any_recipe recipe = recipe_of(GNP_ANY_RADIAL, 0);
+	struct gnp_any_cloud cloud = make_cloud(&recipe, 4);
+	double sum = 0;
+	for (size_t i = 0; i < cloud.count; i++) {
+		CHECK(cloud.piece[i] == 0 && isinf(cloud.edge[i]) && !cloud.outlier[i]);
+		sum += fabs(gnp_dot(cloud.normals + 3 * i, cloud.prepared.normals + 3 * i));
+	}
+	CHECK(!cloud.given && cloud.count == POINTS);
+	CHECK_AT_MOST(1 - sum / POINTS, 0.03);
+	gnp_any_cloud_clear(&cloud);
+}
+
+/* Displacement of caller's point i from the cloud without noise, which is the same otherwise. */
+static void displacements(const struct gnp_any_cloud *from, const struct gnp_any_cloud *to, double *moved,
+                          double *normals)
+{
+	for (size_t i = 0; i < to->count; i++) {
+		memcpy(moved + 3 * to->prepared.order[i], to->prepared.points + 3 * i, 3 * sizeof *moved);
+		memcpy(normals + 3 * to->prepared.order[i], to->normals + 3 * i, 3 * sizeof *normals);
+	}
+	for (size_t i = 0; i < from->count; i++)
+		for (size_t c = 0; c < 3; c++)
+			moved[3 * from->prepared.order[i] + c] -= from->prepared.points[3 * i + c];
+}
+
+/* Root mean square of what is moved, and of its part across the normals. */
+static void measure(const double *moved, const double *normals, double *whole, double *across)
+{
+	*whole = *across = 0;
+	for (size_t i = 0; i < POINTS; i++) {
+		const double *d = moved + 3 * i;
+		double along = gnp_dot(d, normals + 3 * i), square = gnp_dot(d, d);
+		*whole += square / POINTS;
+		*across += (square - along * along) / POINTS;
+	}
+	*whole = sqrt(*whole);
+	*across = sqrt(fmax(*across, 0));
+}
+
+static void noise_is_isotropic_or_along_normals(void)
+{
+	struct gnp_any_recipe recipe = recipe_of(GNP_ANY_RADIAL, 0);
+	struct gnp_any_cloud clean = make_cloud(&recipe, 9);
+	double *moved = malloc(3 * POINTS * sizeof *moved), *normals = malloc(3 * POINTS * sizeof *normals);
+	double isotropic, along, across;
+	recipe.noise = 1;
+	struct gnp_any_cloud noisy = make_cloud(&recipe, 9);
+	displacements(&clean, &noisy, moved, normals);
+	measure(moved, normals, &isotropic, &across);
+	CHECK_NEAR(across / isotropic, sqrt(2.0 / 3), 0.02);
+	recipe.normal_noise = 1;
+	struct gnp_any_cloud thick = make_cloud(&recipe, 9);
+	displacements(&clean, &thick, moved, normals);
+	measure(moved, normals, &along, &across);
+	CHECK_NEAR(along / isotropic, sqrt(1.0 / 3), 0.02);
+	CHECK_AT_MOST(across, 1e-7 * along);
+	gnp_any_cloud_clear(&clean);
+	gnp_any_cloud_clear(&noisy);
+	gnp_any_cloud_clear(&thick);
+	free(moved);
+	free(normals);
+}
+
+static void outliers_and_normals_come_as_asked(void)
+{
+	struct gnp_any_recipe recipe = recipe_of(GNP_ANY_SOLID, 0.1);
+	recipe.outliers = 0.2;
+	recipe.given = 1;
+	struct gnp_any_cloud cloud = make_cloud(&recipe, 2);
+	size_t outliers = 0;
+	double least = 1;
+	for (size_t i = 0; i < cloud.count; i++) {
+		outliers += cloud.outlier[i];
+		least = fmin(least, gnp_dot(cloud.normals + 3 * i, cloud.prepared.normals + 3 * i));
+	}
+	CHECK(cloud.given);
+	CHECK_NEAR((double)outliers / POINTS, 0.2, 0.04);
+	CHECK(least > 0.3); /* tilted by 0.2 at most, so none is turned over */
+	gnp_any_cloud_clear(&cloud);
+}
+
+static void clouds_do_not_depend_on_workers(void)
+{
+	struct gnp_pool *three, *keep = pool;
+	struct gnp_any_recipe recipe = gnp_any_recipe_defaults();
+	recipe.least = recipe.most = POINTS;
+	CHECK(gnp_pool_create(3, &three, NULL) == GNP_OK);
+	for (uint64_t seed = 0; seed < 6; seed++) {
+		struct gnp_any_cloud a = make_cloud(&recipe, seed);
+		pool = three;
+		struct gnp_any_cloud b = make_cloud(&recipe, seed);
+		pool = keep;
+		CHECK(a.count == b.count && a.noise == b.noise && a.given == b.given);
+		CHECK(memcmp(a.prepared.points, b.prepared.points, 3 * a.count * sizeof(double)) == 0);
+		CHECK(memcmp(a.prepared.normals, b.prepared.normals, 3 * a.count * sizeof(double)) == 0);
+		CHECK(memcmp(a.second_form, b.second_form, 9 * a.count * sizeof(double)) == 0);
+		gnp_any_cloud_clear(&a);
+		gnp_any_cloud_clear(&b);
+	}
+	gnp_pool_free(three);
+}
+
+static void rare_centres_are_near_creases_or_outliers(void)
+{
+	enum { COUNT = 2000 };
+	struct gnp_any_recipe recipe = recipe_of(GNP_ANY_SOLID, 0);
+	recipe.outliers = 0.2;
+	struct gnp_any_cloud cloud = make_cloud(&recipe, 6);
+	uint32_t centres[COUNT];
+	size_t near[2] = {0}, outliers[2] = {0};
+	struct gnp_random random;
+	gnp_random_seed(&random, 1, 0);
+	for (int rare = 0; rare < 2; rare++) {
+		gnp_any_supports_centres(&cloud, rare, COUNT, &random, centres);
+		for (size_t i = 0; i < COUNT; i++) {
+			near[rare] += !cloud.outlier[centres[i]] && cloud.edge[centres[i]] < 2.5;
+			outliers[rare] += cloud.outlier[centres[i]];
+		}
+	}
+	CHECK(outliers[0] == 0);
+	CHECK_NEAR((double)outliers[1] / COUNT, 0.15 * 0.2, 0.012);
+	CHECK(near[0] > 0 && near[0] < 0.9 * COUNT); /* else this cloud shows nothing */
+	CHECK_NEAR((double)near[1] / COUNT,
+	           0.85 * (0.35 + 0.65 * (double)near[0] / COUNT) + 0.15 * 0.8 * (double)near[0] / COUNT, 0.04);
+	gnp_any_cloud_clear(&cloud);
+}
+
+static void supports_are_those_of_their_centres(void)
+{
+	enum { COUNT = 12 };
+	struct gnp_any_recipe recipe = recipe_of(GNP_ANY_RADIAL, 1);
+	struct gnp_any_cloud cloud = make_cloud(&recipe, 6);
+	struct gnp_network *network = make_network();
+	const struct gnp_support *supports[COUNT];
+	const struct gnp_any_cloud *clouds[COUNT];
+	struct gnp_any_views views;
+	uint32_t centres[COUNT];
+	size_t made = 0;
+	struct gnp_random random;
+	gnp_random_seed(&random, 1, 0);
+	gnp_any_supports_centres(&cloud, false, COUNT, &random, centres);
+	CHECK(gnp_any_supports_build(&cloud, network, centres, COUNT, &random, scratch, supports, clouds, &made, NULL) ==
+	      GNP_OK);
+	CHECK(gnp_any_supports_look(&cloud, centres, COUNT, scratch, &views, NULL) == GNP_OK);
+	CHECK(made == COUNT);
+	for (size_t i = 0; i < made; i++) {
+		unsigned step = gnp_frame_choose(network, &views.ladders[i]);
+		CHECK(clouds[i] == &cloud && supports[i]->centre == centres[i] && supports[i]->step == step);
+		CHECK(supports[i]->points == gnp_support_reach(step) && supports[i]->member[0] == centres[i]);
+	}
+	gnp_network_free(network);
+	gnp_any_cloud_clear(&cloud);
+}
+
+/* ---- Truth ---- */
+
+static const double identity[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+static const double below[3][3] = {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}};
+
+static struct gnp_any_truth truth_of(const double normal[3], const double form[9], const double frame[3][3],
+                                     bool faceted)
+{
+	static struct gnp_support support;
+	double n[3], s[9];
+	struct gnp_any_cloud cloud = {.normals = n, .second_form = s, .faceted = faceted};
+	struct gnp_any_truth truth;
+	memcpy(n, normal, sizeof n);
+	memcpy(s, form, sizeof s);
+	memcpy(support.frame, frame, sizeof support.frame);
+	support.radius = 0.5;
+	gnp_any_truth_find(&cloud, &support, &truth);
+	return truth;
+}
+
+/* h = sqrt(r^2 - x^2 - y^2) at (x, 0): h_xx = -1 / h - x^2 / h^3, h_yy = -1 / h; seen from below, the other sign. */
+static void sphere_has_its_normal_and_hessian(void)
+{
+	const double r = 2, x = 1.2, h = 1.6, normal[3] = {x / r, 0, h / r};
+	double form[9];
+	for (int a = 0; a < 3; a++)
+		for (int b = 0; b < 3; b++)
+			form[3 * a + b] = -((a == b) - normal[a] * normal[b]) / r;
+	struct gnp_any_truth above = truth_of(normal, form, identity, false), under = truth_of(normal, form, below, false);
+	CHECK(above.curved && under.curved);
+	CHECK_NEAR(above.normal[0], 0.6, 1e-12);
+	CHECK_NEAR(above.normal[2], 0.8, 1e-12);
+	CHECK_NEAR(above.hessian[0], -0.5 * (1 / h + x * x / (h * h * h)), 1e-12);
+	CHECK_NEAR(above.hessian[1], 0, 1e-12);
+	CHECK_NEAR(above.hessian[2], -0.5 / h, 1e-12);
+	CHECK_NEAR(under.normal[0], -0.6, 1e-12);
+	CHECK_NEAR(under.normal[2], 0.8, 1e-12);
+	CHECK_NEAR(under.hessian[0], -above.hessian[0], 1e-12);
+	CHECK_NEAR(under.hessian[2], -above.hessian[2], 1e-12);
+}
+
+static void plane_is_flat_and_its_edge_on_view_no_graph(void)
+{
+	const double flat[9] = {0}, tilted[3] = {0.6, 0, 0.8}, steep[3] = {0.99, 0, 0.14};
+	struct gnp_any_truth truth = truth_of(tilted, flat, identity, false);
+	CHECK(truth.curved && truth.hessian[0] == 0 && truth.hessian[1] == 0 && truth.hessian[2] == 0);
+	CHECK_NEAR(truth.normal[0], 0.6, 1e-12);
+	CHECK(!truth_of(steep, flat, identity, false).curved);
+	CHECK(!truth_of(tilted, flat, identity, true).curved);
+}
+
+static void nodes_are_strange_by_share(void)
+{
+	static struct gnp_support support;
+	uint32_t piece[6] = {7, 7, 8, 7, 7, 8};
+	unsigned char outlier[6] = {0, 0, 0, 1, 0, 1};
+	const struct gnp_any_cloud cloud = {.piece = piece, .outlier = outlier};
+	const uint16_t start[4] = {0, 1, 4, 6};
+	const uint32_t member[6] = {0, 1, 2, 3, 5, 4};
+	double strange[3];
+	support.nodes = 3;
+	memcpy(support.start, start, sizeof start);
+	memcpy(support.member, member, sizeof member);
+	gnp_any_truth_label(&cloud, &support, strange);
+	CHECK_NEAR(strange[0], 0, 0);
+	CHECK_NEAR(strange[1], 2.0 / 3, 1e-15);
+	CHECK_NEAR(strange[2], 0.5, 1e-15);
+}
+
+/* ---- Losses ---- */
+
+static void surface_loss_has_its_derivative(void)
+{
+	const struct gnp_any_truth curved = {{0.28, -0.1, 0.9548}, true, {0.4, -0.2, 1.1}};
+	const struct gnp_any_truth bare = {{0.6, 0, 0.8}, false, {0}};
+	const double sizes[3] = {1, 1e-2, 1e-4};
+	for (int k = 0; k < 6; k++) {
+		const struct gnp_any_truth *truth = k % 2 ? &bare : &curved;
+		double size = sizes[k / 2], c[GNP_TAYLOR_SIZE] = {0}, d[GNP_TAYLOR_SIZE], unused[GNP_TAYLOR_SIZE];
+		struct gnp_any_error made;
+		c[1] = -truth->normal[0] / truth->normal[2] + 0.3 * size;
+		c[2] = -truth->normal[1] / truth->normal[2] - 0.2 * size;
+		c[3] = truth->hessian[0] / 2 + 0.1 * size;
+		c[4] = truth->hessian[1] - 0.4 * size;
+		c[5] = truth->hessian[2] / 2 + 0.2 * size;
+		gnp_any_loss_surface(truth, c, d, &made);
+		for (int i = 0; i < GNP_TAYLOR_SIZE; i++) {
+			double step = 1e-5 * size, at = c[i], high, low;
+			c[i] = at + step;
+			high = gnp_any_loss_surface(truth, c, unused, &made);
+			c[i] = at - step;
+			low = gnp_any_loss_surface(truth, c, unused, &made);
+			c[i] = at;
+			CHECK_NEAR(d[i], (high - low) / (2 * step), 1e-4 * (fabs(d[i]) + 0.01));
+		}
+	}
+}
+
+static void surface_errors_are_those_made(void)
+{
+	const struct gnp_any_truth truth = {{0, 0, 1}, true, {0.9, 0, 0}};
+	double c[GNP_TAYLOR_SIZE] = {0, 1, 0, 0.5, 0.2}, d[GNP_TAYLOR_SIZE];
+	struct gnp_any_error made;
+	gnp_any_loss_surface(&truth, c, d, &made);
+	CHECK_NEAR(made.angle, M_PI / 4, 1e-12);
+	CHECK_NEAR(made.hessian, 0.01 + 2 * 0.04, 1e-12);
+	CHECK_NEAR(made.relative, 0.3, 1e-12); /* over 0.9 + 0.1 */
+}
+
+static void cross_entropy_has_its_derivative(void)
+{
+	double d, unused;
+	for (int is = 0; is < 2; is++)
+		for (float x = -3; x <= 3; x += 1.5f) {
+			double p = 1 / (1 + exp(-(double)x));
+			CHECK_NEAR(gnp_any_loss_logit(x, is, &d), -log(is ? p : 1 - p), 1e-12);
+			double high = gnp_any_loss_logit(x + 0.0078125f, is, &unused);
+			double low = gnp_any_loss_logit(x - 0.0078125f, is, &unused);
+			CHECK_NEAR(d, (high - low) / 0.015625, 1e-5);
+		}
+	CHECK_NEAR(gnp_any_loss_logit(-200, true, &d), 200, 1e-9);
+	CHECK_NEAR(d, -1, 1e-12);
+}
+
+static void likelihood_of_errors_has_its_derivative(void)
+{
+	const float at[4][2] = {{0.2f, -1}, {-1, -2}, {1.5f, 0.25f}, {0, -3}};
+	for (int k = 0; k < 4; k++) {
+		const float h = 0.0009765625f;
+		double squared = 0.02 * (k + 1), noise = 0.01, d[2], unused[2];
+		gnp_any_loss_errors(squared, 2, noise, at[k][0], at[k][1], &d[0], &d[1]);
+		for (int i = 0; i < 2; i++) {
+			float up[2] = {at[k][0], at[k][1]}, down[2] = {at[k][0], at[k][1]};
+			up[i] += h;
+			down[i] -= h;
+			double high = gnp_any_loss_errors(squared, 2, noise, up[0], up[1], &unused[0], &unused[1]);
+			double low = gnp_any_loss_errors(squared, 2, noise, down[0], down[1], &unused[0], &unused[1]);
+			CHECK_NEAR(d[i], (high - low) / (2 * (double)h), 1e-3 * (fabs(d[i]) + 0.01));
+		}
+	}
+}
+
+/* Beyond its limits a scale is not pushed on, but may come back. The best variance is squared / dimensions. */
+static void scales_of_errors_keep_to_their_limits(void)
+{
+	double dscale, dbias, best;
+	gnp_any_loss_errors(1e6, 2, 0.01, 2.5f, -3, &dscale, &dbias);
+	CHECK(dscale == 0);
+	gnp_any_loss_errors(1e-6, 2, 0.01, 2.5f, -3, &dscale, &dbias);
+	CHECK(dscale > 0);
+	gnp_any_loss_errors(1e-12, 2, 1, -2.5f, -8, &dscale, &dbias);
+	CHECK(dscale == 0);
+	best = gnp_any_loss_errors(2 * exp(-4), 2, 0, 0, -1, &dscale, &dbias);
+	CHECK_NEAR(best, 1 - 4, 1e-6);
+	CHECK_NEAR(dbias, 0, 1e-6);
+}
+
+static void frames_cost_what_they_turn(void)
+{
+	CHECK_NEAR(gnp_any_loss_frame(1), 0, 1e-12);
+	CHECK_NEAR(gnp_any_loss_frame(-1), 0, 1e-12);
+	CHECK_NEAR(gnp_any_loss_frame(0), 0.15 * log(1 + 2 / 0.0036) + 6, 1e-9);
+	CHECK(gnp_any_loss_frame(0.9) < gnp_any_loss_frame(0.8));
+}
+
+/* ---- Gradients ---- */
+
+/* Length of a gradient against the difference of the loss along it. */
+static void check_along(struct gnp_network *network, const float *gradient,
+                        double (*loss)(struct gnp_network *, float *), double step, double tolerance)
+{
+	size_t total = network->layout.total;
+	float *parameters = malloc(total * sizeof *parameters), *unused = calloc(total, sizeof *unused);
+	double square = 0, sides[2];
+	for (size_t i = 0; i < total; i++)
+		square += (double)gradient[i] * (double)gradient[i];
+	for (int side = 0; side < 2; side++) {
+		struct gnp_network *moved;
+		for (size_t i = 0; i < total; i++)
+			parameters[i] =
+				(float)((double)network->parameters[i] + (side ? step : -step) * (double)gradient[i] / sqrt(square));
+		CHECK(gnp_network_create(&network->architecture, parameters, &moved, NULL) == GNP_OK);
+		sides[side] = loss(moved, unused);
+		gnp_network_free(moved);
+	}
+	CHECK(square > 0);
+	CHECK_NEAR((sides[1] - sides[0]) / (2 * step), sqrt(square), tolerance * sqrt(square));
+	free(parameters);
+	free(unused);
+}
+
+static struct gnp_any_cloud drawn_from;
+
+static double frames_loss(struct gnp_network *network, float *gradient)
+{
+	const struct gnp_any_pick from = {&drawn_from, 1};
+	struct gnp_random random;
+	double loss = 0;
+	gnp_random_seed(&random, 4, 0);
+	CHECK(gnp_any_batch_frames(network, &from, 32, &random, scratch, &loss, gradient, NULL) == GNP_OK);
+	return loss;
+}
+
+static double supports_loss(struct gnp_network *network, float *gradient)
+{
+	const struct gnp_any_pick from = {&drawn_from, 1};
+	struct gnp_any_terms terms = {0};
+	struct gnp_random random;
+	gnp_random_seed(&random, 4, 0);
+	CHECK(gnp_any_batch_supports(network, &from, 8, 8, &random, scratch, &terms, gradient, NULL) == GNP_OK);
+	return gnp_any_loss_total(&terms);
+}
+
+static void batches_have_their_gradients(void)
+{
+	struct gnp_any_recipe recipe = recipe_of(GNP_ANY_SOLID, 0.3);
+	recipe.outliers = 0.1;
+	drawn_from = make_cloud(&recipe, 3);
+	struct gnp_network *network = make_network();
+	float *gradient = calloc(network->layout.total, sizeof *gradient);
+	frames_loss(network, gradient);
+	check_along(network, gradient, frames_loss, 1e-2, 0.01);
+	memset(gradient, 0, network->layout.total * sizeof *gradient);
+	supports_loss(network, gradient);
+	const struct gnp_parameter_row *weight = gnp_layout_find(&network->layout, "head.4.weight");
+	const struct gnp_parameter_row *bias = gnp_layout_find(&network->layout, "head.4.bias");
+	for (int o = GNP_WEIGHTED_SLOPE_SCALE; o <= GNP_WEIGHTED_SECOND_BIAS; o++) { /* of errors: not in the sum */
+		CHECK(gradient[bias->offset + (size_t)o] != 0);
+		memset(gradient + weight->offset + (size_t)o * weight->shape[1], 0, weight->shape[1] * sizeof *gradient);
+		gradient[bias->offset + (size_t)o] = 0;
+	}
+	check_along(network, gradient, supports_loss, 1e-3, 0.03);
+	free(gradient);
+	gnp_network_free(network);
+	gnp_any_cloud_clear(&drawn_from);
+}
+
+static double largest(const struct gnp_network *network, const char *name)
+{
+	double most = 0;
+	for (size_t i = 0; i < gnp_layout_find(&network->layout, name)->count; i++)
+		most = fmax(most, fabs((double)gnp_network_tensor(network, name)[i]));
+	return most;
+}
+
+static void parameters_start_within_their_bounds(void)
+{
+	struct gnp_network *network = make_network();
+	const struct {
+		const char *name;
+		double bound;
+	} rows[] = {{"lift.weight", 1 / sqrt(10)},          {"lift.bias", 0.2},
+	            {"convs.0.kernel1.layers.0.bias", 0.2}, {"convs.0.kernel2.layers.1.weight", 1 / sqrt(8)},
+	            {"convs.0.kernel2.layers.2.weight", sqrt(12.0 / 64)}, {"head.2.weight", 1 / sqrt(8)},
+	            {"node.2.weight", 0.1},                 {"frame.0.weight", 1.5 / sqrt(GNP_LADDER_LOOKS)}};
+	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+		double most = largest(network, rows[i].name);
+		CHECK_AT_MOST(most, rows[i].bound * 1.0001);
+		CHECK(most > 0.5 * rows[i].bound);
+	}
+	CHECK(largest(network, "convs.0.kernel1.layers.2.bias") == 0 && largest(network, "head.4.weight") == 0);
+	CHECK(largest(network, "head.mean") == 0 && gnp_network_tensor(network, "frame.deviation")[3] == 1);
+	CHECK_NEAR(gnp_network_tensor(network, "head.4.bias")[GNP_WEIGHTED_RIDGE + 3], log(1e-5) / 4, 1e-6);
+	gnp_network_free(network);
+}
+
+static void spreads_are_means_and_deviations(void)
+{
+	struct gnp_network *network = make_network();
+	struct gnp_any_spread spread;
+	float *parameters = malloc(network->layout.total * sizeof *parameters), row[GNP_LADDER_LOOKS] = {0};
+	CHECK(gnp_any_spread_begin(GNP_LADDER_LOOKS, scratch, &spread, NULL) == GNP_OK);
+	for (int i = 0; i < 4; i++) {
+		row[0] = (float)(3 + 2 * (i % 2));
+		gnp_any_spread_add(&spread, row);
+	}
+	gnp_any_spread_write(&spread, &network->layout, "frame", parameters);
+	const float *mean = parameters + gnp_layout_find(&network->layout, "frame.mean")->offset;
+	const float *deviation = parameters + gnp_layout_find(&network->layout, "frame.deviation")->offset;
+	CHECK_NEAR(mean[0], 4, 1e-6);
+	CHECK_NEAR(deviation[0], sqrt(1.01), 1e-6);
+	CHECK_NEAR(mean[1], 0, 0);
+	CHECK_NEAR(deviation[1], 0.1, 1e-6);
+	free(parameters);
+	gnp_network_free(network);
+}
+
+int main(int argc, char **argv)
+{
+	static const struct test tests[] = {
+		TEST(truth_follows_the_curve),
+		TEST(noise_is_isotropic_or_along_normals),
+		TEST(outliers_and_normals_come_as_asked),
+		TEST(clouds_do_not_depend_on_workers),
+		TEST(rare_centres_are_near_creases_or_outliers),
+		TEST(supports_are_those_of_their_centres),
+		TEST(sphere_has_its_normal_and_hessian),
+		TEST(plane_is_flat_and_its_edge_on_view_no_graph),
+		TEST(nodes_are_strange_by_share),
+		TEST(surface_loss_has_its_derivative),
+		TEST(surface_errors_are_those_made),
+		TEST(cross_entropy_has_its_derivative),
+		TEST(likelihood_of_errors_has_its_derivative),
+		TEST(scales_of_errors_keep_to_their_limits),
+		TEST(frames_cost_what_they_turn),
+		TEST(batches_have_their_gradients),
+		TEST(parameters_start_within_their_bounds),
+		TEST(spreads_are_means_and_deviations),
+	};
+	gnp_linalg_init();
+	scratch = gnp_scratch_create();
+	if (!scratch || gnp_pool_create(1, &pool, NULL) != GNP_OK)
+		return 1;
+	int result = RUN_TESTS(tests);
+	gnp_pool_free(pool);
+	gnp_scratch_free(scratch);
+	return result;
+}
