@@ -181,16 +181,13 @@ bool gnp_model_key_known(const char *name)
 	return false;
 }
 
-/* Models of patches need one of the two, others none. */
-static gnp_status check_delta0(const struct gnp_safetensors *file, const struct gnp_model_description *description,
-                               struct gnp_error *error)
+/* Models of patches need one of the two, others none: what is wrong, or NULL. */
+static const char *delta0_fault(const struct gnp_model_description *description)
 {
-	int need = (PATCHED & 1u << description->architecture.head) != 0;
+	static const char *const faults[2][3] = {{NULL, "got one, need none of them", "got both, need none of them"},
+	                                         {"got none, need one of them", NULL, "got both, need one of them"}};
 	int have = (description->recipe.delta0 > 0) + (description->recipe.delta0_ratio > 0);
-	if (have == need)
-		return GNP_OK;
-	return gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": got %s, need %s of them",
-	                              have == 2 ? "both" : have ? "one" : "none", need ? "one" : "none");
+	return faults[(PATCHED & 1u << description->architecture.head) != 0][have];
 }
 
 gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out,
@@ -205,7 +202,8 @@ gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_mo
 		if (!gnp_model_key_known(entry->key))
 			status = gnp_safetensors_refuse(file, error,
 			                                "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
-	return status == GNP_OK ? check_delta0(file, out, error) : status;
+	const char *fault = status == GNP_OK ? delta0_fault(out) : NULL;
+	return fault ? gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": %s", fault) : status;
 }
 
 /* ---- To metadata ---- */
@@ -254,7 +252,11 @@ gnp_status gnp_model_keys_write(const char *path, const struct gnp_model_descrip
                                 size_t *count, struct gnp_error *error)
 {
 	struct gnp_model_description unused;
+	const char *fault = delta0_fault(description);
 	size_t made = 0;
+	if (fault)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"delta0\" and \"delta0_ratio\": %s", path,
+		                     fault);
 	for (size_t i = 0; i < KEYS; i++) {
 		struct gnp_safetensors_metadata *entry = &metadata[made];
 		if (!write_value(&keys[i], description, buffers[i], &entry->value))

@@ -4,8 +4,8 @@
  * MLP of one hidden layer on both nodes' features with values in blocks of width / channels squared. Trunk `separable`:
  * v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)). Head `pooled` (the paper's): mean over the patch and an MLP to
  * Legendre coefficients. Head `projection`: the same mean, with a summary of nested least-squares fits, and an MLP to
- * how the heights are projected onto a basis (projection.h). Head `weighted`: the mean, the nodes' own values and a summary
- * of the support make a weight for every node and how the nodes are projected (weighted_head.h).
+ * how the heights are projected onto a basis (projection.h). Head `weighted`: the mean, the nodes' own values and a
+ * summary of the support make a weight for every node and how the nodes are projected (weighted_head.h).
  *
  * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation,
  * training and its checkpoints all go by it. Names are those of the reference package's state dicts. */
@@ -19,7 +19,8 @@
 enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNKS };
 enum gnp_head_kind { GNP_HEAD_POOLED, GNP_HEAD_PROJECTION, GNP_HEAD_WEIGHTED, GNP_HEADS };
 
-enum { GNP_LAYERS_MAX = 12, GNP_QUADRATURE_MAX = 64, GNP_SHELLS_MAX = 8, GNP_PARAMETER_ROWS_MAX = 16 * GNP_LAYERS_MAX + 24 };
+enum { GNP_LAYERS_MAX = 12, GNP_QUADRATURE_MAX = 64, GNP_SHELLS_MAX = 8 };
+enum { GNP_PARAMETER_ROWS_MAX = 16 * GNP_LAYERS_MAX + 24 };
 
 struct gnp_architecture {
 	enum gnp_trunk_kind trunk;
@@ -32,7 +33,8 @@ struct gnp_architecture {
 	unsigned quadrature; /* at most so many nodes are sources of the edge trunk's integrals, 4..GNP_QUADRATURE_MAX; separable: all are */
 	unsigned head_width; /* of the head's hidden layers, <= 1024 */
 	unsigned outputs;    /* of the head: 16 coefficients (pooled), or what the projection takes */
-	unsigned node_width, frame_width; /* weighted: of the hidden layers that weigh nodes and choose frames, 4..1024; others: 0 */
+	unsigned node_width;  /* weighted: of the hidden layer that weighs nodes, 4..1024; others: 0 */
+	unsigned frame_width; /* weighted: of the hidden layer that chooses frames, the same */
 	unsigned shells;     /* projection: nested supports, 1..GNP_SHELLS_MAX; others: 0 */
 	unsigned shell[GNP_SHELLS_MAX]; /* nearest points in each, ascending */
 	double ridge;        /* projection: of its first fits (projection.h), 1e-15..1 */

@@ -1,31 +1,25 @@
 #include "core/network/frame_choice.h"
 
+#include "core/network/dense.h"
+
 enum { LOOKS = GNP_LADDER_LOOKS, STEPS = GNP_LADDER_STEPS };
 
 struct places {
 	size_t mean, deviation, first, first_bias, second, second_bias;
 };
 
+/* They follow each other. */
 static struct places places_of(const struct gnp_network *network)
 {
-	const struct gnp_layout *layout = &network->layout;
-	return (struct places){gnp_layout_find(layout, "frame.mean")->offset,     gnp_layout_find(layout, "frame.deviation")->offset,
-	                       gnp_layout_find(layout, "frame.0.weight")->offset, gnp_layout_find(layout, "frame.0.bias")->offset,
-	                       gnp_layout_find(layout, "frame.2.weight")->offset, gnp_layout_find(layout, "frame.2.bias")->offset};
+	size_t width = network->architecture.frame_width, mean = gnp_layout_find(&network->layout, "frame.mean")->offset;
+	size_t first = mean + 2 * LOOKS, second = first + width * (LOOKS + 1);
+	return (struct places){mean, mean + LOOKS, first, first + width * LOOKS, second, second + STEPS * width};
 }
 
 static void standardise(const float *parameters, const struct places *at, const float *looks, float *x)
 {
 	for (size_t i = 0; i < LOOKS; i++)
 		x[i] = (looks[i] - parameters[at->mean + i]) / parameters[at->deviation + i];
-}
-
-static float product(const float *a, const float *b, size_t count)
-{
-	float sum = 0;
-	for (size_t i = 0; i < count; i++)
-		sum += a[i] * b[i];
-	return sum;
 }
 
 void gnp_frame_scores(const struct gnp_network *network, const float *looks, float *hidden, float *scores)
@@ -35,12 +29,9 @@ void gnp_frame_scores(const struct gnp_network *network, const float *looks, flo
 	size_t width = network->architecture.frame_width;
 	float x[LOOKS];
 	standardise(w, &at, looks, x);
-	for (size_t h = 0; h < width; h++) {
-		float sum = w[at.first_bias + h] + product(w + at.first + h * LOOKS, x, LOOKS);
-		hidden[h] = sum > 0 ? sum : 0;
-	}
-	for (size_t l = 0; l < STEPS; l++)
-		scores[l] = w[at.second_bias + l] + product(w + at.second + l * width, hidden, width);
+	gnp_dense_forward(1, LOOKS, width, x, LOOKS, w + at.first, LOOKS, w + at.first_bias, hidden);
+	gnp_relu(width, hidden);
+	gnp_dense_forward(1, width, STEPS, hidden, width, w + at.second, width, w + at.second_bias, scores);
 }
 
 unsigned gnp_frame_choose(const struct gnp_network *network, const struct gnp_ladder *ladder)

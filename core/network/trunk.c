@@ -183,19 +183,41 @@ static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_network_
 	return last_layer(pass, mean);
 }
 
-gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
-                             const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+/* nodes and tape: NULL where they are not wanted. */
+static gnp_status run(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
+                      float *nodes, const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch,
+                      struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, gnp_scratch_take(scratch, 1, sizeof *pass.tape), NULL, scratch};
 	if (!pass.tape || !forward(&pass, batch, tape != NULL, mean))
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
 		                     "operator: no memory for %zu nodes", batch->start[batch->patches]);
+	if (nodes)
+		memcpy(nodes, gnp_trunk_nodes(network, pass.tape),
+		       pass.tape->rows * network->architecture.width * sizeof *nodes);
 	if (tape)
 		*tape = pass.tape;
 	else
 		gnp_scratch_release(scratch, mark);
 	return GNP_OK;
+}
+
+gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
+                             const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return run(network, batch, mean, NULL, tape, scratch, error);
+}
+
+gnp_status gnp_trunk_forward_nodes(const struct gnp_network *network, const struct gnp_network_batch *batch,
+                                   float *mean, float *nodes, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return run(network, batch, mean, nodes, NULL, scratch, error);
+}
+
+const float *gnp_trunk_nodes(const struct gnp_network *network, const struct gnp_trunk_tape *tape)
+{
+	return tape->values[network->architecture.layers - 1];
 }
 
 static bool last_layer_backward(const struct gnp_trunk_pass *pass, const float *dmean, float *dvalues)
@@ -247,11 +269,6 @@ static void add_nodes(const struct gnp_trunk_tape *tape, size_t width, const flo
 		dvalues[i] += dnodes[i];
 }
 
-const float *gnp_trunk_nodes(const struct gnp_network *network, const struct gnp_trunk_tape *tape)
-{
-	return tape->values[network->architecture.layers - 1];
-}
-
 static bool backward(const struct gnp_trunk_pass *pass, const float *dmean, const float *dnodes)
 {
 	const struct gnp_architecture *a = &pass->network->architecture;
@@ -272,7 +289,8 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean, cons
 }
 
 gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
-                              const float *dnodes, float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+                              const float *dnodes, float *gradient, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, (struct gnp_trunk_tape *)tape, gradient, scratch};

@@ -9,13 +9,15 @@ enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, ORDERS = GNP_TAYLOR_D
 
 static const double RIDGE = 1e-6, SMALLEST = 1e-15;
 
-void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y, size_t count)
+void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y,
+                        size_t count)
 {
 	_Alignas(64) double gram[STRIDE * STRIDE];
 	double moment[STRIDE];
 	gnp_normal_equations(rows, weights, y, count, STRIDE, gram, moment);
-	for (size_t i = 0; i < SIZE * STRIDE; i++)
-		sums->gram[i] += gram[i];
+	for (size_t i = 0; i < SIZE; i++)
+		for (size_t c = i & ~(size_t)7; c < STRIDE; c++) /* the upper triangle, in whole vectors */
+			sums->gram[i * STRIDE + c] += gram[i * STRIDE + c];
 	for (size_t i = 0; i < STRIDE; i++)
 		sums->moment[i] += moment[i];
 	for (size_t i = 0; i < count; i++) {
@@ -61,11 +63,4 @@ void gnp_first_fit_summarise(const struct gnp_first_fit *fit, float *summary)
 	summary[0] = (float)(0.5 * log(fit->misfit + 1e-20));
 	for (int j = 1; j < ORDERS; j++)
 		summary[j] = (float)(0.5 * log(energy[j] + 1e-16));
-}
-
-double gnp_first_fit_residual(const struct gnp_first_fit *fit, const double *row, double y)
-{
-	for (size_t i = 0; i < SIZE; i++)
-		y -= row[i] * fit->mean[i];
-	return y;
 }

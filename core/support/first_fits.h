@@ -18,10 +18,11 @@ struct gnp_first_sums {
 };
 
 /* rows (count, GNP_TAYLOR_STRIDE), weights and y (count). */
-void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y, size_t count);
+void gnp_first_sums_add(struct gnp_first_sums *sums, const double *rows, const double *weights, const double *y,
+                        size_t count);
 
 struct gnp_first_fit {
-	double mean[GNP_TAYLOR_STRIDE];
+	double mean[GNP_TAYLOR_STRIDE]; /* 0 past the functions */
 	double power[GNP_TAYLOR_DEGREE + 1]; /* of the radius */
 	double misfit;                       /* mean square */
 };
@@ -31,8 +32,5 @@ void gnp_first_fit_solve(const struct gnp_first_sums *sums, double radius, struc
 
 /* summary (1 + GNP_TAYLOR_DEGREE): logarithms of the misfit's root and of the coefficients' size by order from 1. */
 void gnp_first_fit_summarise(const struct gnp_first_fit *fit, float *summary);
-
-/* y less the fit, at a row. */
-double gnp_first_fit_residual(const struct gnp_first_fit *fit, const double *row, double y);
 
 #endif

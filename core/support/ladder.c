@@ -55,11 +55,11 @@ void gnp_ladder_look(const double *points, const double *normals, const struct g
 	size_t i = 0;
 	out->steps = 0;
 	for (int l = 0; l < STEPS; l++) {
-		if (gnp_ladder_points[l] > count) {
+		if (l && gnp_ladder_points[l] > count) {
 			repeat(out, l);
 			continue;
 		}
-		for (; i < gnp_ladder_points[l]; i++)
+		for (; i < gnp_ladder_points[l] && i < count; i++)
 			if (!normals || gnp_same_sheet(normals + 3 * (size_t)index[i], normals + 3 * (size_t)index[0]))
 				gnp_moments_add(&moments, origin, points + 3 * (size_t)index[i]);
 		look_at_step(out, l, &moments);

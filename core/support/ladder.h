@@ -26,7 +26,8 @@ struct gnp_ladder {
 	float looks[GNP_LADDER_LOOKS];
 };
 
-/* index (count): points of the cloud ascending by distance from the centre, which is index[0]; count is at least 8.
+/* index (count): points of the cloud ascending by distance from the centre, which is index[0]; count is at least 1, and
+ * the first step takes what there is of its 8.
  * normals: given ones (n, 3), which keep points that face elsewhere out of the frames; NULL: all count. O(count). */
 void gnp_ladder_look(const double *points, const double *normals, const struct gnp_roughness *roughness,
                      const uint32_t *index, size_t count, struct gnp_ladder *out);

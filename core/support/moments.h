@@ -37,15 +37,17 @@ static inline void gnp_moments_axes(const struct gnp_moments *moments, double va
 	gnp_eigen_symmetric3(upper, variance, axes);
 }
 
-/* How flat points are: lambda_3 / lambda_2, rounding aside; and how far they span two directions: lambda_2 / lambda_1. */
+/* How flat points are: lambda_3 / lambda_2, rounding aside, at most 1, which points on a line have; and how far they
+ * span two directions: lambda_2 / lambda_1. Points at one place are flat and span nothing. */
 static inline double gnp_moments_flatness(const double variance[3])
 {
-	return fmax(variance[2], 1e-14 * variance[0]) / fmax(variance[1], 1e-300);
+	double rounding = 1e-14 * variance[0];
+	return fmax(variance[2], rounding) / fmax(fmax(variance[1], rounding), 1e-300);
 }
 
 static inline double gnp_moments_span(const double variance[3])
 {
-	return variance[1] / fmax(variance[0], 1e-300);
+	return fmax(variance[1], 0) / fmax(variance[0], 1e-300);
 }
 
 #endif

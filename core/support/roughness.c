@@ -22,7 +22,8 @@ struct measuring {
 	struct gnp_roughness *out;
 };
 
-static void measure_point(const double *points, const uint32_t *index, size_t count, size_t at, struct gnp_roughness *out)
+static void measure_point(const double *points, const uint32_t *index, size_t count, size_t at,
+                          struct gnp_roughness *out)
 {
 	struct gnp_moments moments = {0};
 	size_t i = 0;
@@ -35,7 +36,8 @@ static void measure_point(const double *points, const uint32_t *index, size_t co
 	}
 }
 
-static gnp_status measure_some(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status measure_some(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct measuring *measuring = context;
 	size_t points = gnp_neighbors_count(measuring->neighbors), most = scales[GNP_ROUGHNESS_SCALES - 1];
@@ -46,11 +48,12 @@ static gnp_status measure_some(void *context, size_t begin, size_t end, struct g
 	for (size_t i = begin; i < end; i++)
 		centres[i - begin] = (uint32_t)(i * GNP_ROUGHNESS_EVERY);
 	most = most < points ? most : points;
-	gnp_status status = gnp_neighborhoods_find(measuring->neighbors, centres, end - begin, most, 1, most, scratch, &found, error);
+	gnp_status status =
+		gnp_neighborhoods_find(measuring->neighbors, centres, end - begin, most, 1, most, scratch, &found, error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
 		size_t start = found.start[i - begin];
-		measure_point(gnp_neighbors_points(measuring->neighbors), found.index + start, found.start[i - begin + 1] - start, i,
-		              measuring->out);
+		measure_point(gnp_neighbors_points(measuring->neighbors), found.index + start,
+		              found.start[i - begin + 1] - start, i, measuring->out);
 	}
 	return status;
 }
@@ -59,7 +62,8 @@ gnp_status gnp_roughness_measure(const struct gnp_neighbors *neighbors, struct g
                                  struct gnp_roughness *out, struct gnp_error *error)
 {
 	enum { POINTS_A_CHUNK = 64 };
-	struct gnp_roughness made = {.count = (gnp_neighbors_count(neighbors) + GNP_ROUGHNESS_EVERY - 1) / GNP_ROUGHNESS_EVERY};
+	struct gnp_roughness made = {0};
+	made.count = (gnp_neighbors_count(neighbors) + GNP_ROUGHNESS_EVERY - 1) / GNP_ROUGHNESS_EVERY;
 	gnp_status status = GNP_OK;
 	for (int s = 0; s < GNP_ROUGHNESS_SCALES; s++) {
 		made.value[s] = gnp_array_new(made.count, sizeof *made.value[s]);

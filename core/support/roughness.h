@@ -1,8 +1,8 @@
-/* How rough a cloud is about its points, at two scales: what tells noise, which is everywhere, from detail, which is not.
+/* How rough a cloud is about its points, at two scales: it tells noise, which is everywhere, from detail, which is not.
  *
- * Roughness is half the logarithm of the flatness lambda_3 / lambda_2 of the principal axes of a point's nearest 12 or 64
- * (surface variation; Pauly, Gross & Kobbelt 2002). It does not change with the scale of the cloud. It is measured at every
- * fourth point along the curve, and read as means over many points. */
+ * Roughness is half the logarithm of the flatness lambda_3 / lambda_2 of the principal axes of a point's nearest 12 or
+ * 64 (surface variation; Pauly, Gross & Kobbelt 2002). It does not change with the scale of the cloud. It is measured
+ * at every fourth point along the curve, and read as means over many points. */
 #ifndef GNP_CORE_ROUGHNESS_H
 #define GNP_CORE_ROUGHNESS_H
 

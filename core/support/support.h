@@ -1,17 +1,20 @@
-/* The support of a surface at a point: its nearest points in a frame, gathered to at most 144 nodes, with what a network
- * sees of them. Which of the nodes belong to the point's smooth piece is the network's to say (weighted_projection.h).
+/* The support of a surface at a point: its nearest points in a frame, gathered to at most 144 nodes, with what a
+ * network sees of them. Which of the nodes belong to the point's smooth piece is the network's to say
+ * (weighted_projection.h).
  *
- * The frame is that of a step of the ladder; the step says how far the support reaches: 144, 432 or 1296 points, of which the
- * farthest is at distance R. Where normals are given and contradict the step's plane, the frame goes by them. The nearest 48
- * points are nodes of their own; farther ones are gathered by 3, 9 and 27, neighbours along the curve in each ring. A
- * node's row of the Taylor basis and its height are means over its points, so what is fitted to nodes is the same
- * functional of the points, without the error of moving them. Origin: the centre. u, v and heights are in units of R.
+ * The frame is that of a step of the ladder, psi3 to the side of the centre's normal and psi1 to that of most points;
+ * the step says how far the support reaches: 144, 432 or 1296 points, of which the farthest is at distance R. Where
+ * normals are given and contradict the step's plane, the frame goes by them. The nearest 48 points are nodes of their
+ * own; farther ones are gathered by 3, 9 and 27, neighbours along the curve in each ring. A node's row of the Taylor
+ * basis and its height are means over its points, so what is fitted to nodes is the same functional of the points,
+ * without the error of moving them. Origin: the centre. u, v and heights are in units of R.
  *
- * Features of a node: u, v, 2 y, residual of the fit of the nearest 48 nodes over twice its misfit (within 4), asinh of the
- * height over that of the nearest 16, the mean normal in the frame (3), asinh of the residual of the nearest 16's fit,
- * half the logarithm of the distance. Summary: of the first fits of the nearest 16, 48, 80 and all nodes the logarithms of
- * misfit and of coefficients by order (as projection.h), the ladder's looks, logarithms of the step's points and of the
- * support's, and whether normals were given. All without units: scaling or moving a cloud changes nothing. */
+ * Features of a node: u, v, 2 y, residual of the fit of the nearest 48 nodes over twice its misfit (within 4), asinh of
+ * the height over that of the nearest 16, the mean normal in the frame (3), asinh of the residual of the nearest 16's
+ * fit, half the logarithm of the distance. Summary: of the first fits of the nearest 16, 48, 80 and all nodes the
+ * logarithms of misfit and of coefficients by order (as projection.h), the ladder's looks, logarithms of the step's
+ * points and of the support's, and whether normals were given. All without units: scaling, moving or turning a cloud
+ * changes nothing. */
 #ifndef GNP_CORE_SUPPORT_H
 #define GNP_CORE_SUPPORT_H
 
@@ -58,8 +61,8 @@ struct gnp_support {
 	float summary[GNP_SUPPORT_SUMMARY];
 };
 
-/* Looks at a point: its nearest points (GNP_LADDER_REACH or all) by row of a search that kept at least 8, the centre put
- * first, and their ladder. */
+/* Looks at a point: its nearest points (GNP_LADDER_REACH or all) by row of a search, the centre put first where the
+ * row has it, and their ladder. */
 void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, uint32_t *index, size_t count,
                       struct gnp_ladder *ladder);
 
@@ -68,7 +71,7 @@ size_t gnp_support_reach(unsigned step);
 
 /* Builds the support by a step of the ladder from a row of a search (index, distance: count, the centre first) that
  * reaches as far as the step wants, or as the cloud goes. turn: the frame is turned by this angle about its third axis.
- * False when all points coincide. O(count log count), no memory of its own. */
+ * False when all points it reaches coincide. O(count), no memory of its own. */
 bool gnp_support_build(const struct gnp_support_cloud *cloud, uint32_t centre, const struct gnp_ladder *ladder,
                        unsigned step, const uint32_t *index, const double *distance, size_t count, double turn,
                        struct gnp_support *out);

@@ -16,7 +16,8 @@ static double limited(double x, double most)
 	return fmax(-most, fmin(most, x));
 }
 
-static void weigh(const struct gnp_support *support, const float *outputs, const float *logits, struct gnp_weighted_fit *fit)
+static void weigh(const struct gnp_support *support, const float *outputs, const float *logits,
+                  struct gnp_weighted_fit *fit)
 {
 	double reach = exp(REACH_SLOPE * limited((double)outputs[GNP_WEIGHTED_REACH], REACH_MAX));
 	fit->total = 0;
@@ -31,21 +32,13 @@ static void weigh(const struct gnp_support *support, const float *outputs, const
 		fit->ridge[j] = exp(limited(RIDGE_SLOPE * (double)outputs[GNP_WEIGHTED_RIDGE + j], RIDGE_LOG_MAX));
 }
 
-static double residual(const struct gnp_support *support, const struct gnp_weighted_fit *fit, size_t i)
-{
-	double r = support->y[i];
-	for (size_t c = 0; c < SIZE; c++)
-		r -= fit->coefficients[c] * support->rows[i * STRIDE + c];
-	return r;
-}
-
 /* Of points: the residual of a node of m has 1 / m of their variance. */
 static double mean_misfit(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
 {
-	double sum = 0, count = 1e-300;
+	double sum = 0, count = 1e-300, left[GNP_SUPPORT_NODES];
+	gnp_residuals(support->rows, support->y, support->nodes, STRIDE, fit->coefficients, left);
 	for (size_t i = 0; i < support->nodes; i++) {
-		double r = residual(support, fit, i);
-		sum += fit->weight[i] * r * r;
+		sum += fit->weight[i] * left[i] * left[i];
 		count += fit->weight[i] / support->weight[i];
 	}
 	return sum / count;
@@ -77,10 +70,19 @@ void gnp_weighted_solve(const struct gnp_support *support, const float *outputs,
 	fit->misfit = mean_misfit(support, fit);
 }
 
-void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs, const struct gnp_weighted_fit *fit,
-                                 const double *dcoefficients, const double *dshare, float *doutputs, float *dlogits)
+/* The function of coefficients c (STRIDE, 0 past the last) at the nodes, with the sign turned. */
+static void evaluate(const struct gnp_support *support, const double *c, double *value)
+{
+	static const double none[GNP_SUPPORT_NODES];
+	gnp_residuals(support->rows, none, support->nodes, STRIDE, c, value);
+}
+
+void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs,
+                                 const struct gnp_weighted_fit *fit, const double *dcoefficients, const double *dshare,
+                                 float *doutputs, float *dlogits)
 {
 	double adjoint[STRIDE] = {0}, dridge[ORDERS] = {0}, dreach = 0, factorial[SIZE];
+	double left[GNP_SUPPORT_NODES], along[GNP_SUPPORT_NODES];
 	unsigned order[SIZE];
 	gnp_taylor_indices(factorial, order);
 	if (fit->solved) {
@@ -94,21 +96,22 @@ void gnp_weighted_solve_backward(const struct gnp_support *support, const float 
 		bool flat = fabs(RIDGE_SLOPE * (double)outputs[GNP_WEIGHTED_RIDGE + j]) > RIDGE_LOG_MAX;
 		doutputs[GNP_WEIGHTED_RIDGE + j] = flat ? 0 : (float)(RIDGE_SLOPE * fit->ridge[j] * dridge[j]);
 	}
+	gnp_residuals(support->rows, support->y, support->nodes, STRIDE, fit->coefficients, left);
+	evaluate(support, adjoint, along);
 	for (size_t i = 0; i < support->nodes; i++) {
-		double along = 0, s = fit->share[i], window = fit->window[i];
-		for (size_t c = 0; c < SIZE; c++)
-			along += adjoint[c] * support->rows[i * STRIDE + c];
-		double dweight = along * residual(support, fit, i) * support->weight[i];
+		double s = fit->share[i], window = fit->window[i], dweight = -along[i] * left[i] * support->weight[i];
 		dlogits[i] = (float)((dweight * window + dshare[i]) * s * (1 - s));
 		dreach += dweight * s * 4 * window * (1 - window);
 	}
-	doutputs[GNP_WEIGHTED_REACH] = fabs((double)outputs[GNP_WEIGHTED_REACH]) > REACH_MAX ? 0 : (float)(REACH_SLOPE * dreach);
+	doutputs[GNP_WEIGHTED_REACH] =
+		fabs((double)outputs[GNP_WEIGHTED_REACH]) > REACH_MAX ? 0 : (float)(REACH_SLOPE * dreach);
 }
 
-struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support,
+                                                     const struct gnp_weighted_fit *fit)
 {
 	enum { FIRST = 1, LAST = 5 }; /* coefficients of u, v, u^2, u v, v^2 */
-	double column[LAST + 1][STRIDE], sum[LAST + 1] = {0};
+	double column[LAST + 1][STRIDE], sum[LAST + 1] = {0}, along[GNP_SUPPORT_NODES];
 	if (!fit->solved)
 		return (struct gnp_weighted_variance){1, 1};
 	memset(column, 0, sizeof column);
@@ -117,13 +120,11 @@ struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *s
 		gnp_cholesky_forward(fit->factor, SIZE, STRIDE, column[j], column[j]);
 		gnp_cholesky_backward(fit->factor, SIZE, STRIDE, column[j], column[j]);
 	}
-	for (size_t i = 0; i < support->nodes; i++)
-		for (int j = FIRST; j <= LAST; j++) {
-			double along = 0;
-			for (size_t c = 0; c < SIZE; c++)
-				along += column[j][c] * support->rows[i * STRIDE + c];
-			sum[j] += along * along * fit->weight[i] * fit->weight[i] / support->weight[i];
-		}
+	for (int j = FIRST; j <= LAST; j++) {
+		evaluate(support, column[j], along);
+		for (size_t i = 0; i < support->nodes; i++)
+			sum[j] += along[i] * along[i] * fit->weight[i] * fit->weight[i] / support->weight[i];
+	}
 	return (struct gnp_weighted_variance){fit->misfit * (sum[1] + sum[2]) / 2,
 	                                      fit->misfit * (4 * sum[3] + 2 * sum[4] + 4 * sum[5]) / 3};
 }

@@ -2,10 +2,10 @@
  * weights, reach and penalties a network chooses.
  *
  *   c = argmin sum_i a_i (y_i - c . phi_i)^2 + sum_b lambda_|b| b1! b2! c_b^2,   a_i = m_i s_i / (1 + (d_i / rho)^4)
- * over nodes i of m_i points at distance d_i (support.h), monomials phi of degree at most 7. s_i in (0, 1) says whether the
- * node is of the centre's smooth piece, rho how far the piece reaches, lambda_j = exp(4 o_j) how smooth it is. It is
- * differentiated through the solution. Compare weights learned for local fits: Ben-Shabat & Gould 2020 (DeepFit), Zhu et
- * al. 2021 (AdaFit).
+ * over nodes i of m_i points at distance d_i (support.h), monomials phi of degree at most 7. s_i in (0, 1) says whether
+ * the node is of the centre's smooth piece, rho how far the piece reaches, lambda_j = exp(4 o_j) how smooth it is. It
+ * is differentiated through the solution. Compare weights learned for local fits: Ben-Shabat & Gould 2020 (DeepFit),
+ * Zhu et al. 2021 (AdaFit).
  *
  * Errors of the fit are those of its covariance under noise as large as the weighted misfit, scaled, and a bias, both
  * as the network says: var = exp(4 o) V + exp(4 o'), for slopes and for second derivatives. */
@@ -47,16 +47,19 @@ void gnp_weighted_solve(const struct gnp_support *support, const float *outputs,
 
 /* d loss / d outputs of ridges and reach (others are left alone) and d loss / d logits, from d loss / d coefficients
  * (GNP_TAYLOR_SIZE) and d loss / d share (nodes). */
-void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs, const struct gnp_weighted_fit *fit,
-                                 const double *dcoefficients, const double *dshare, float *doutputs, float *dlogits);
+void gnp_weighted_solve_backward(const struct gnp_support *support, const float *outputs,
+                                 const struct gnp_weighted_fit *fit, const double *dcoefficients, const double *dshare,
+                                 float *doutputs, float *dlogits);
 
-/* Variances at the centre in units of R: of a slope, and of an entry of the Hessian. */
+/* Variances at the centre in units of R: of a slope, and of a component of the Hessian in an orthonormal basis of
+ * symmetric matrices, a third of what its squared Frobenius norm varies by. */
 struct gnp_weighted_variance {
 	double slope, second;
 };
 
 /* Under noise alone, independent from point to point. */
-struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support, const struct gnp_weighted_fit *fit);
+struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support,
+                                                     const struct gnp_weighted_fit *fit);
 
 /* With what the network says. */
 struct gnp_weighted_variance gnp_weighted_variance(const float *outputs, struct gnp_weighted_variance noise);

@@ -7,7 +7,7 @@
 
 #include "core/base/memory.h"
 #include "core/shapes/shapes.h"
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 #include "weights/protocol/protocol.h"
 
 enum { SEEDS = 1 << 30 };
@@ -24,19 +24,14 @@ void gnp_any_surface_clear(struct gnp_any_surface *surface)
 
 /* ---- Bodies ---- */
 
-static bool is_kind(int kind, const char *name)
-{
-	return strcmp(gnp_solid_kind_name(kind), name) == 0;
-}
-
 /* One of the group's kinds, each as often. */
 static int draw_kind(enum gnp_any_group group, struct gnp_random *random)
 {
 	int fit[GNP_SOLID_KIND_COUNT], count = 0;
 	for (int kind = 0; kind < GNP_SOLID_KIND_COUNT; kind++)
-		if ((is_kind(kind, "rough") || is_kind(kind, "facets")) == (group == GNP_ANY_ROUGH))
+		if ((kind == GNP_SOLID_ROUGH || kind == GNP_SOLID_FACETS) == (group == GNP_ANY_ROUGH))
 			fit[count++] = kind;
-	return count ? fit[gnp_random_below(random, (uint64_t)count)] : (int)gnp_random_below(random, GNP_SOLID_KIND_COUNT);
+	return fit[gnp_random_below(random, (uint64_t)count)];
 }
 
 static gnp_status draw_solid(enum gnp_any_group group, size_t count, struct gnp_random *random, struct gnp_pool *pool,
@@ -52,7 +47,7 @@ static gnp_status draw_solid(enum gnp_any_group group, size_t count, struct gnp_
 	*out = (struct gnp_any_surface){
 		.count = sample.count, .points = sample.points, .normals = sample.normals, .second_form = sample.second_form,
 		.piece = sample.piece, .edge = sample.edge, .spacing = sample.spacing,
-		.faceted = is_kind(options.kind, "facets")};
+		.faceted = options.kind == GNP_SOLID_FACETS};
 	for (size_t i = 0; i < sample.count; i++)
 		out->edge[i] /= sample.spacing;
 	snprintf(out->name, sizeof out->name, "%s %s", gnp_solid_kind_name(options.kind),

@@ -9,7 +9,7 @@
 
 #include <stddef.h>
 
-#include "core/shapes/solid_face.h"
+#include "core/solids/solid_face.h"
 
 enum { GNP_SOLID_FACES = 64, GNP_SOLID_PRIMITIVES = 5, GNP_SOLID_HALVES = 12, GNP_SOLID_CURVES = 128 };
 enum gnp_solid_operation { GNP_SOLID_UNION, GNP_SOLID_DIFFERENCE, GNP_SOLID_INTERSECTION };

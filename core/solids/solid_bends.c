@@ -1,5 +1,5 @@
 /* Families of bodies with fillets, bends, tubes and tips: their smallest radii are told in spacings. */
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 #include <string.h>
 

@@ -1,4 +1,4 @@
-#include "core/shapes/solid_face.h"
+#include "core/solids/solid_face.h"
 
 #include <math.h>
 #include <string.h>
@@ -243,85 +243,30 @@ static bool arc_locate(const struct gnp_solid_face *face, const double x[3], dou
 
 /* ---- Height fields ---- */
 
-/* f, its gradient and fxx, fxy, fyy. */
-static double graph_height(const struct gnp_solid_graph *g, const double p[2], double slope[2], double second[3])
-{
-	double f = (g->bend[0] * p[0] * p[0] + g->bend[1] * p[1] * p[1]) / 2;
-	slope[0] = g->bend[0] * p[0];
-	slope[1] = g->bend[1] * p[1];
-	second[0] = g->bend[0];
-	second[1] = 0;
-	second[2] = g->bend[1];
-	for (int w = 0; w < g->waves; w++) {
-		const double *k = g->wave[w];
-		double angle = k[0] * p[0] + k[1] * p[1] + g->phase[w];
-		double s = g->height[w] * sin(angle), c = g->height[w] * cos(angle);
-		f += s;
-		slope[0] += k[0] * c;
-		slope[1] += k[1] * c;
-		second[0] -= k[0] * k[0] * s;
-		second[1] -= k[0] * k[1] * s;
-		second[2] -= k[1] * k[1] * s;
-	}
-	return f;
-}
-
-void gnp_solid_graph_bound(struct gnp_solid_graph *graph)
-{
-	double slope[2];
-	for (int c = 0; c < 2; c++) {
-		slope[c] = fabs(graph->bend[c]) * graph->half[graph->disc ? 0 : c];
-		for (int w = 0; w < graph->waves; w++)
-			slope[c] += fabs(graph->height[w] * graph->wave[w][c]);
-	}
-	graph->stretch = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
-}
-
-static bool graph_contains(const struct gnp_solid_graph *g, const double p[2])
-{
-	for (int h = 0; h < g->holes; h++)
-		if (hypot(p[0] - g->hole[h][0], p[1] - g->hole[h][1]) < g->hole[h][2])
-			return false;
-	return g->disc ? hypot(p[0], p[1]) <= g->half[0] : fabs(p[0]) <= g->half[0] && fabs(p[1]) <= g->half[1];
-}
-
 static double graph_area(const struct gnp_solid_face *face)
 {
-	const struct gnp_solid_graph *g = &face->graph;
-	return g->stretch * (g->disc ? M_PI * g->half[0] * g->half[0] : 4 * g->half[0] * g->half[1]);
+	return gnp_solid_graph_area(&face->graph);
 }
 
 static bool graph_draw(const struct gnp_solid_face *face, struct gnp_random *random, double p[2])
 {
-	const struct gnp_solid_graph *g = &face->graph;
-	double u = gnp_random_uniform(random), v = gnp_random_uniform(random), slope[2], second[3];
-	if (g->disc) {
-		p[0] = g->half[0] * sqrt(u) * cos(2 * M_PI * v);
-		p[1] = g->half[0] * sqrt(u) * sin(2 * M_PI * v);
-	} else {
-		p[0] = g->half[0] * (2 * u - 1);
-		p[1] = g->half[1] * (2 * v - 1);
-	}
-	graph_height(g, p, slope, second);
-	double stretch = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
-	return gnp_random_uniform(random) * g->stretch < stretch && graph_contains(g, p);
+	return gnp_solid_graph_draw(&face->graph, random, p);
 }
 
 static void graph_point(const struct gnp_solid_face *face, const double p[2], double x[3])
 {
-	double slope[2], second[3], height = graph_height(&face->graph, p, slope, second);
+	double slope[2], second[3], height = gnp_solid_graph_height(&face->graph, p, slope, second);
 	to_body(&face->frame, (double[3]){p[0], p[1], height}, x);
 }
 
 static void graph_evaluate(const struct gnp_solid_face *face, const double p[2], struct gnp_solid_geometry *out)
 {
-	double slope[2], second[3], derivative[5][3];
-	graph_height(&face->graph, p, slope, second);
+	double slope[2], second[3], derivative[5][3], height = gnp_solid_graph_height(&face->graph, p, slope, second);
 	double local[5][3] = {{1, 0, slope[0]}, {0, 1, slope[1]}, {0, 0, second[0]}, {0, 0, second[1]}, {0, 0, second[2]}};
 	for (int d = 0; d < 5; d++)
 		turn_back(&face->frame, local[d], derivative[d]);
 	struct gnp_geometry geometry;
-	graph_point(face, p, out->point);
+	to_body(&face->frame, (double[3]){p[0], p[1], height}, out->point);
 	gnp_geometry_from_chart(out->point, derivative, &geometry);
 	memcpy(out->normal, geometry.normal, sizeof out->normal);
 	memcpy(out->form, geometry.second_form, sizeof out->form);
@@ -331,7 +276,7 @@ static double graph_level(const struct gnp_solid_face *face, const double x[3], 
 {
 	double y[3], slope[2], second[3];
 	to_local(&face->frame, x, y);
-	double height = graph_height(&face->graph, y, slope, second);
+	double height = gnp_solid_graph_height(&face->graph, y, slope, second);
 	turn_back(&face->frame, (double[3]){-slope[0], -slope[1], 1}, gradient);
 	return y[2] - height;
 }
@@ -342,7 +287,7 @@ static bool graph_locate(const struct gnp_solid_face *face, const double x[3], d
 	to_local(&face->frame, x, y);
 	p[0] = y[0];
 	p[1] = y[1];
-	return graph_contains(&face->graph, p);
+	return gnp_solid_graph_contains(&face->graph, p);
 }
 
 /* ---- All of them ---- */

@@ -1,4 +1,4 @@
-#include "core/shapes/solid_crease.h"
+#include "core/solids/solid_crease.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -8,7 +8,7 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/shapes/solid_body.h"
+#include "core/solids/solid_body.h"
 
 /* The points within half of either side of the middle. */
 struct gnp_solid_stroke {

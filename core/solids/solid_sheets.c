@@ -1,5 +1,5 @@
 /* Families of bodies that are sheets: thin plates, concentric shells, open patches, wavy height fields. */
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 static const double FULL = 2 * M_PI;
 
@@ -147,7 +147,7 @@ static void holes_draw(struct gnp_solid_graph *g, struct gnp_random *random, int
 	}
 }
 
-static void graph_add(struct gnp_solid_body *body, const struct gnp_solid_graph *g)
+void gnp_solid_build_graph(struct gnp_solid_body *body, const struct gnp_solid_graph *g)
 {
 	const struct gnp_solid_frame frame = gnp_solid_frame_at(0, 0, 0);
 	int face = gnp_solid_body_graph(body, body->pieces, &frame, g);
@@ -187,15 +187,16 @@ void gnp_solid_build_patch(struct gnp_solid_body *body, struct gnp_random *rando
 		g.half[1] = fmin(g.half[1], ribbon * ribbon / count / 2);
 	double spacing = sqrt((g.disc ? M_PI / 4 : 2 * g.half[1]) / count);
 	holes_draw(&g, random, (int)gnp_random_below(random, GNP_SOLID_HOLES + 1), spacing);
-	graph_add(body, &g);
+	gnp_solid_build_graph(body, &g);
 }
 
 /* A crest of slope at most m and wave number k has the curvature m k. */
 void gnp_solid_build_wave(struct gnp_solid_body *body, struct gnp_random *random, double count)
 {
+	enum { MOST = 4 };
 	struct gnp_solid_graph g = {.half = {0.5, gnp_solid_between(random, 0.2, 0.5)}};
 	double spacing = sqrt(2 * g.half[1] / count);
-	g.waves = 1 + (int)gnp_random_below(random, GNP_SOLID_WAVES);
+	g.waves = 1 + (int)gnp_random_below(random, MOST);
 	for (int w = 0; w < g.waves; w++) {
 		double slope = gnp_solid_between(random, 0.15, 0.8) / sqrt(g.waves), angle = gnp_solid_between(random, 0, FULL);
 		double radius = spacing * gnp_solid_scale(random, 2 * sqrt(g.waves), 40);
@@ -205,5 +206,5 @@ void gnp_solid_build_wave(struct gnp_solid_body *body, struct gnp_random *random
 		g.height[w] = fmin(slope, 1 / (number * radius)) / number;
 		g.phase[w] = gnp_solid_between(random, 0, FULL);
 	}
-	graph_add(body, &g);
+	gnp_solid_build_graph(body, &g);
 }

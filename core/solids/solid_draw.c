@@ -1,4 +1,4 @@
-#include "core/shapes/solid_draw.h"
+#include "core/solids/solid_draw.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/vector.h"
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 /* Streams of the seed; the number of the draw or of the attempt is in the low bits. */
 static const uint64_t STREAM_DRAW = UINT64_C(0x35) << 56, STREAM_PATTERN = UINT64_C(0x36) << 56;

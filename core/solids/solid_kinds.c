@@ -1,8 +1,8 @@
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_kinds.h"
 
 #include <string.h>
 
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 
 static const double FULL = 2 * M_PI;
 
@@ -223,6 +223,8 @@ void gnp_solid_kinds_build(int kind, struct gnp_solid_body *body, struct gnp_ran
 		[GNP_SOLID_TUBE] = gnp_solid_build_tube,
 		[GNP_SOLID_CONE] = gnp_solid_build_cone,
 		[GNP_SOLID_WAVE] = gnp_solid_build_wave,
+		[GNP_SOLID_ROUGH] = gnp_solid_build_rough,
+		[GNP_SOLID_FACETS] = gnp_solid_build_facets,
 	};
 	memset(body, 0, sizeof *body);
 	builders[kind](body, random, count);

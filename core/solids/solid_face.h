@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "core/base/random.h"
+#include "core/solids/solid_graph.h"
 
 /* Body coordinates: x = origin + sum of y[c] axis[c]; the axes are unit vectors, right-handed. */
 struct gnp_solid_frame {
@@ -17,7 +18,6 @@ struct gnp_solid_frame {
 };
 
 enum gnp_solid_face_type { GNP_SOLID_FLAT, GNP_SOLID_FRUSTUM, GNP_SOLID_ARC, GNP_SOLID_GRAPH };
-enum { GNP_SOLID_WAVES = 4, GNP_SOLID_HOLES = 3 };
 
 /* The parallelogram p0 a + p1 b, 0 <= p <= 1, or its half p0 + p1 <= 1. */
 struct gnp_solid_flat {
@@ -35,17 +35,6 @@ struct gnp_solid_frustum {
  * parameters: turn along the arc (0 outwards, pi/2 along the axis), angle. Outside is outside of the circle. */
 struct gnp_solid_arc {
 	double major, minor, turn[2], angle[2];
-};
-
-/* z = (bend[0] x^2 + bend[1] y^2) / 2 + sum of height sin(wave . (x, y) + phase) over |x| <= half[0], |y| <=
- * half[1], or over the disc of radius half[0], less round holes (x, y, radius). Parameters: x, y. */
-struct gnp_solid_graph {
-	bool disc;
-	double half[2], bend[2];
-	int waves, holes;
-	double wave[GNP_SOLID_WAVES][2], height[GNP_SOLID_WAVES], phase[GNP_SOLID_WAVES];
-	double hole[GNP_SOLID_HOLES][3];
-	double stretch; /* no less than the area of the surface over that of its shadow anywhere */
 };
 
 struct gnp_solid_face {
@@ -82,8 +71,5 @@ double gnp_solid_face_level(const struct gnp_solid_face *face, const double x[3]
 
 /* Parameters of a point on the surface; false when it is not of the face's domain. */
 bool gnp_solid_face_locate(const struct gnp_solid_face *face, const double x[3], double p[2]);
-
-/* Bounds the stretch of a height field, which draws need. */
-void gnp_solid_graph_bound(struct gnp_solid_graph *graph);
 
 #endif

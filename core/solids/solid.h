@@ -22,7 +22,12 @@
  * nested: concentric spheres or cylinders at gaps of 1 to 10 spacings. patch: an open piece of plane, paraboloid,
  * saddle or cylinder, maybe with round holes. tube: cylinders and rings of radius 1.5 to 10 spacings, with open,
  * flat or round ends. cone: sharp and rounded tips. wave: a height field of a few sines with radii of curvature from
- * 2 spacings up. */
+ * 2 spacings up. rough: one of 20 to 64 sines, as scanned detail is, with wavelengths from 2.5 spacings to the whole
+ * patch and a root mean square slope of 0.05 to 0.9; in a third of them some are ridges sqrt(sin^2 + e^2), e of 0.02
+ * to 0.5: smooth however sharp, they count as no creases. facets: such a field as triangles of sides of 0.7 to 6
+ * spacings, as a scanned mesh is; they are one piece, and the edges between them count as no creases. Their normals
+ * are the triangles', their second form is that of planes, 0: it is not meant as that of the surface that the
+ * triangles stand for, and no truth for curvature. */
 #define GNP_SOLID_KINDS(X)             \
 	X(GNP_SOLID_BOX, "box")             \
 	X(GNP_SOLID_PRISM, "prism")         \
@@ -34,7 +39,9 @@
 	X(GNP_SOLID_PATCH, "patch")         \
 	X(GNP_SOLID_TUBE, "tube")           \
 	X(GNP_SOLID_CONE, "cone")           \
-	X(GNP_SOLID_WAVE, "wave")
+	X(GNP_SOLID_WAVE, "wave")           \
+	X(GNP_SOLID_ROUGH, "rough")         \
+	X(GNP_SOLID_FACETS, "facets")
 
 /* even: blue noise. random: independent, uniform by area. lines: parallel scan rows, 2 to 10 times as far from each
  * other as points in a row (by seed). gradient: density falls along a direction, down to a fourth to a twentieth.

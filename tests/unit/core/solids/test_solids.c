@@ -4,10 +4,10 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
-#include "core/shapes/solid.h"
-#include "core/shapes/solid_crease.h"
-#include "core/shapes/solid_draw.h"
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid.h"
+#include "core/solids/solid_crease.h"
+#include "core/solids/solid_draw.h"
+#include "core/solids/solid_kinds.h"
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 
@@ -245,10 +245,10 @@ static void points_of_boolean_bodies_part_inside_from_outside(void)
 /* ---- Pieces ---- */
 
 /* Within a spacing of each other on one piece, points fit each other's paraboloids; elsewhere near each other, there
- * is an edge. */
+ * is an edge. Facets are the exception that solid.h names. */
 static void neighbors_of_a_piece_fit_its_geometry(void)
 {
-	for (int kind = 0; kind < GNP_SOLID_KIND_COUNT; kind++)
+	for (int kind = 0; kind < GNP_SOLID_FACETS; kind++)
 		for (uint64_t seed = 0; seed < 6; seed++) {
 			enum { COUNT = 2000 };
 			struct gnp_solid_sample s = sample_of(kind, GNP_SOLID_RANDOM, seed, COUNT);
@@ -494,11 +494,13 @@ static void every_kind_has_every_sampling(void)
 
 static void workers_change_nothing(void)
 {
+	static const int kinds[] = {GNP_SOLID_CSG, GNP_SOLID_ROUGH, GNP_SOLID_FACETS};
 	struct gnp_pool *one = NULL;
 	CHECK(gnp_pool_create(1, &one, NULL) == GNP_OK);
-	for (int sampling = 0; sampling < GNP_SOLID_SAMPLING_COUNT; sampling++) {
-		struct gnp_solid_sample a = sample_of(GNP_SOLID_CSG, sampling, 5, 3000);
-		struct gnp_solid_sample b = sample_with(one, GNP_SOLID_CSG, sampling, 5, 3000);
+	for (int run = 0; run < 3 * GNP_SOLID_SAMPLING_COUNT; run++) {
+		int kind = kinds[run % 3], sampling = run / 3;
+		struct gnp_solid_sample a = sample_of(kind, sampling, 5, 3000);
+		struct gnp_solid_sample b = sample_with(one, kind, sampling, 5, 3000);
 		CHECK(memcmp(a.points, b.points, a.count * 3 * sizeof(double)) == 0);
 		CHECK(memcmp(a.normals, b.normals, a.count * 3 * sizeof(double)) == 0);
 		CHECK(memcmp(a.second_form, b.second_form, a.count * 9 * sizeof(double)) == 0);
@@ -519,7 +521,7 @@ static void bad_options_are_named(void)
 		{{1, GNP_SOLID_BOX, 15, GNP_SOLID_EVEN}, "count: got 15, need 16..1000000"},
 		{{1, GNP_SOLID_BOX, 1000001, GNP_SOLID_EVEN}, "count: got 1000001"},
 		{{1, -1, 500, GNP_SOLID_EVEN}, "kind: got -1"},
-		{{1, GNP_SOLID_KIND_COUNT, 500, GNP_SOLID_EVEN}, "kind: got 11"},
+		{{1, GNP_SOLID_KIND_COUNT, 500, GNP_SOLID_EVEN}, "kind: got 13, need 0..12"},
 		{{1, GNP_SOLID_BOX, 500, GNP_SOLID_SAMPLING_COUNT}, "sampling: got 5"},
 	};
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -530,6 +532,7 @@ static void bad_options_are_named(void)
 		CHECK(sample.points == NULL);
 	}
 	CHECK_STRING(gnp_solid_kind_name(GNP_SOLID_CSG), "csg");
+	CHECK_STRING(gnp_solid_kind_name(GNP_SOLID_FACETS), "facets");
 	CHECK_STRING(gnp_solid_sampling_name(GNP_SOLID_STRIPES), "stripes");
 	CHECK(!gnp_solid_kind_name(GNP_SOLID_KIND_COUNT) && !gnp_solid_sampling_name(-1));
 }

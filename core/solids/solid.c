@@ -1,4 +1,4 @@
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,9 +8,9 @@
 #include "core/base/memory.h"
 #include "core/base/vector.h"
 #include "core/shapes/eliminate.h"
-#include "core/shapes/solid_crease.h"
-#include "core/shapes/solid_draw.h"
-#include "core/shapes/solid_kinds.h"
+#include "core/solids/solid_crease.h"
+#include "core/solids/solid_draw.h"
+#include "core/solids/solid_kinds.h"
 
 /* Streams of the seed; the number of the attempt or draw is in the low bits. */
 static const uint64_t STREAM_BODY = UINT64_C(0x32) << 56, STREAM_POSE = UINT64_C(0x33) << 56;

@@ -1,4 +1,4 @@
-#include "core/shapes/solid_body.h"
+#include "core/solids/solid_body.h"
 
 #include <assert.h>
 #include <math.h>

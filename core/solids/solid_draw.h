@@ -5,8 +5,8 @@
 #include "core/base/pool.h"
 #include "core/base/status.h"
 #include "core/base/task.h"
-#include "core/shapes/solid.h"
-#include "core/shapes/solid_body.h"
+#include "core/solids/solid.h"
+#include "core/solids/solid_body.h"
 
 struct gnp_solid_draw {
 	double x[3], p[2]; /* body coordinates; parameters on the face */
