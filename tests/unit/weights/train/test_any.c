@@ -63,6 +63,25 @@ static void truth_follows_the_curve(void)
 	gnp_any_cloud_clear(&cloud);
 }
 
+static void groups_hold_their_kinds(void)
+{
+	struct gnp_random random;
+	int faceted = 0;
+	gnp_random_seed(&random, 1, 0);
+	for (int i = 0; i < 24; i++) {
+		enum gnp_any_group group = (enum gnp_any_group)(i % GNP_ANY_GROUPS);
+		struct gnp_any_surface surface;
+		CHECK(gnp_any_surface_draw(group, 500, &random, pool, &surface, NULL) == GNP_OK);
+		bool rough = strncmp(surface.name, "rough ", 6) == 0, facets = strncmp(surface.name, "facets ", 7) == 0;
+		CHECK(surface.count == 500 && surface.spacing > 0 && surface.faceted == facets);
+		CHECK((rough || facets) == (group == GNP_ANY_ROUGH));
+		CHECK((strncmp(surface.name, "radial ", 7) == 0) == (group == GNP_ANY_RADIAL));
+		faceted += facets;
+		gnp_any_surface_clear(&surface);
+	}
+	CHECK(faceted > 0 && faceted < 8); /* of the 8 that are rough */
+}
+
 /* Displacement of caller's point i from the cloud without noise, which is the same otherwise. */
 static void displacements(const struct gnp_any_cloud *from, const struct gnp_any_cloud *to, double *moved,
                           double *normals)
@@ -496,6 +515,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(truth_follows_the_curve),
+		TEST(groups_hold_their_kinds),
 		TEST(noise_is_isotropic_or_along_normals),
 		TEST(outliers_and_normals_come_as_asked),
 		TEST(clouds_do_not_depend_on_workers),
