@@ -93,8 +93,7 @@ static enum gnp_exit train(const struct gnp_arguments *arguments, struct gnp_err
 
 int main(int argc, char **argv)
 {
-	const struct gnp_program program = {"gnp-train",
-	                                    "trains a geometric neural operator for one of the paper's regimes, or for every cloud",
+	const struct gnp_program program = {"gnp-train", "trains a geometric neural operator for a regime, or for every cloud",
 	                                    gnp_train_plan_options, gnp_train_plan_option_count(), train};
 	return gnp_program_main(&program, argc, argv);
 }

@@ -170,13 +170,14 @@ static gnp_status open_all(struct running *running, struct gnp_task *task, struc
 	if (status == GNP_OK)
 		status = gnp_sgemm_rate(running->pool, &running->sgemm, error);
 	if (status == GNP_OK)
-		status = gnp_train_open(&options->train, running->network, options->resume ? running->files.checkpoint : NULL, running->pool,
-		                        &running->train, error);
+		status = gnp_train_open(&options->train, running->network, options->resume ? running->files.checkpoint : NULL,
+		                        running->pool, &running->train, error);
 	if (status == GNP_OK && options->watch_shapes)
 		status = gnp_train_watch_open(&options->train.data, &options->train.recipe, options->watch_shapes, options->watch_centres,
 		                              running->network, running->pool, &running->watch, error);
 	if (status == GNP_OK && options->resume)
-		status = gnp_train_log_load(running->files.history, gnp_train_state(running->train)->step, &running->log, error);
+		status = gnp_train_log_load(running->files.history, gnp_train_state(running->train)->step, &running->log,
+		                            error);
 	return status;
 }
 

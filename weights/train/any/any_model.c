@@ -28,7 +28,7 @@ static void note_data(const struct gnp_any_options *train, struct notes *notes)
 {
 	const struct gnp_any_recipe *recipe = &train->recipe;
 	note(notes, "training_shapes",
-	     "20 %% radial, 38 %% solids, 42 %% rough and facets where there are such, else solids; of %zu to %zu points",
+	     "20 %% radial, 38 %% solids, 42 %% rough and facets; of %zu to %zu points",
 	     recipe->least, recipe->most);
 	note(notes, "training_noise",
 	     "30 %% none, 35 %% of 0.003 to 0.5, 35 %% of 0.5 to 5 spacings, %g %% of them along the normals; up to 25 %% "

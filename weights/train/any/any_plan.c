@@ -23,11 +23,10 @@ gnp_status gnp_any_plan_refuse(const struct gnp_arguments *arguments, struct gnp
 static bool is_taken(const char *name)
 {
 	static const char *const taken[] = {
-		"regime",    "output",      "minutes",    "steps",       "trunk",        "head",         "width",        "channels",
-		"neurons",   "layers",      "head-width", "node-width",  "frame-width",  "rate",         "last-rate",    "warm",
-		"clip",      "batch",       "micro",      "window",      "visit",        "frame-steps",  "frame-rate",   "seed",
-		"resume",    "checkpoint",  "workers",    "help",        "watch-shapes", "watch-centres", "watch-minutes",
-		"normal-noise", "from"};
+		"regime", "output", "minutes", "steps", "trunk", "head", "width", "channels", "neurons", "layers", "head-width",
+		"node-width", "frame-width", "rate", "last-rate", "warm", "clip", "batch", "micro", "window", "visit",
+		"frame-steps", "frame-rate", "seed", "resume", "checkpoint", "workers", "help", "watch-shapes", "watch-centres",
+		"watch-minutes", "normal-noise", "from"};
 	for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
 		if (strcmp(name, taken[i]) == 0)
 			return true;

@@ -12,7 +12,7 @@
 #include "core/base/status.h"
 
 /* What a surface is drawn from. solid: bodies and open pieces; rough: height fields as scanned detail is, smooth or as
- * triangles, where solid.h has such kinds, else as solid. mixed: 20 % radial, 38 % solid, 42 % rough. */
+ * triangles. mixed: 20 % radial, 38 % solid, 42 % rough. */
 enum gnp_any_group { GNP_ANY_RADIAL, GNP_ANY_SOLID, GNP_ANY_ROUGH, GNP_ANY_GROUPS, GNP_ANY_MIXED = GNP_ANY_GROUPS };
 
 /* Owned; freed by gnp_any_surface_clear. */

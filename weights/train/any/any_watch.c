@@ -146,7 +146,7 @@ static gnp_status judge_some(const struct gnp_network *network, const struct gnp
 	gnp_status status =
 		gnp_any_supports_build(cloud, network, centres, count, random, scratch, supports, clouds, &made, error);
 	if (status == GNP_OK && made)
-		status = gnp_weighted_forward(network, supports, made, &pass, scratch, error);
+		status = gnp_weighted_infer(network, supports, made, &pass, scratch, error);
 	for (size_t p = 0; p < made && status == GNP_OK; p++)
 		judge_support(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, outcome);
 	if (status == GNP_OK)
