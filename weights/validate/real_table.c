@@ -94,7 +94,7 @@ size_t gnp_real_table_find(const struct gnp_real_table *table, const char *name)
 	return c;
 }
 
-static double best_figure(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
+double gnp_real_table_best(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
 {
 	return fmax(gnp_real_table_figure(row, method, gnp_real_table_variant(table, row, method)), ANGLE_LEAST);
 }
@@ -105,7 +105,7 @@ static double best_other(const struct gnp_real_table *table, const struct gnp_re
 	double best = INFINITY;
 	for (size_t c = 0; c < table->method_count; c++)
 		if (c != method && table->methods[c].part == GNP_ABLATION_NONE)
-			best = fmin(best, best_figure(table, row, c));
+			best = fmin(best, gnp_real_table_best(table, row, c));
 	return best;
 }
 
@@ -113,9 +113,9 @@ static void add_row(const struct gnp_real_table *table, const struct gnp_real_ro
                     struct gnp_real_summary *sum)
 {
 	const struct gnp_real_score *score = gnp_real_table_score(table, row, method);
-	double own = best_figure(table, row, method), other = best_other(table, row, method);
+	double own = gnp_real_table_best(table, row, method), other = best_other(table, row, method);
 	sum->rows++;
-	sum->ratio += pca < table->method_count ? own / best_figure(table, row, pca) : NAN;
+	sum->ratio += pca < table->method_count ? own / gnp_real_table_best(table, row, pca) : NAN;
 	sum->best += own <= other;
 	sum->worst = fmax(sum->worst, own / other);
 	sum->mean += own;

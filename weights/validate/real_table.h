@@ -61,6 +61,8 @@ struct gnp_real_mesh_fact *gnp_real_table_add_mesh(struct gnp_real_table *table)
 double gnp_real_table_figure(const struct gnp_real_row *row, size_t method, size_t variant);
 /* A method's best variant in a row by that. */
 size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method);
+/* That figure; none counts as below a tenth of a degree. */
+double gnp_real_table_best(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method);
 /* The score of the best variant. */
 const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row,
                                                   size_t method);
