@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "weights/validate/real_table.h"
+#include "weights/validate/real_extra.h"
 
 /* Rows as text with columns, or as Markdown with bars. */
 struct style {
@@ -241,6 +241,7 @@ void gnp_real_table_write_text(const struct gnp_real_table *table, FILE *out)
 	}
 	if (rows_of(table, GNP_REAL_BODIES) > 0)
 		write_curvatures(table, &plain, out);
+	gnp_real_extra_write_text(table, out);
 	if (table->plan.ablate)
 		write_ablation(table, &plain, out);
 	write_seconds(table, &plain, out);
@@ -314,6 +315,7 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 		if (section == GNP_REAL_BODIES)
 			write_curvatures(table, &bars, out);
 	}
+	gnp_real_extra_write_markdown(table, out);
 	if (table->plan.ablate) {
 		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing; -: the model has\n"
 		      "none.\n",
