@@ -15,7 +15,7 @@
 	X(GNP_ABLATION_NONE, "whole", "nothing") \
 	X(GNP_ABLATION_REMOVED, "trunk removed", "the head, and what weighs nodes, is told 0 of the trunk") \
 	X(GNP_ABLATION_RANDOM, "trunk random", "each tensor of the trunk is Gaussian, of the same root mean square") \
-	X(GNP_ABLATION_CONSTANT, "outputs constant", "every patch gets the head's mean outputs, its nodes their own weights") \
+	X(GNP_ABLATION_CONSTANT, "outputs constant", "every patch gets the head's mean outputs, nodes keep their weights") \
 	X(GNP_ABLATION_WEIGHTS, "node weights one", "every node is taken for one of the centre's smooth piece")
 
 enum gnp_ablation_part {
@@ -29,9 +29,9 @@ enum gnp_ablation_part {
 const char *gnp_ablation_name(unsigned part);
 const char *gnp_ablation_help(unsigned part);
 
-/* What the head says on average, outputs (gnp_projection_outputs) out. projection: over patches of shapes that training is
- * watched by, sampled by so many points and displaced as in the protocol's regimes that are the model's, or all of them where
- * none is; weighted: over supports of bodies (ablation_weighted.h). */
+/* What the head says on average, outputs (gnp_projection_outputs) out. projection: over patches of shapes that
+ * training is watched by, sampled by so many points and displaced as in the protocol's regimes that are the model's, or
+ * all of them where none is; weighted: over supports of bodies (ablation_weighted.h). */
 gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool,
                                      float *outputs, struct gnp_error *error);
 

@@ -75,8 +75,8 @@ static bool is_judged(const double mean[GNP_SCORES])
 	return !(isnan(mean[0]) && isnan(mean[GNP_SCORES - 1]));
 }
 
-static void write_row(const struct style *style, const struct gnp_row *row, unsigned part, const double mean[GNP_SCORES],
-                      FILE *out)
+static void write_row(const struct style *style, const struct gnp_row *row, unsigned part,
+                      const double mean[GNP_SCORES], FILE *out)
 {
 	fprintf(out, "%s%-5s%s%-8s%s%-10s%s%-16s", style->begin, gnp_method_info(row->method)->name, style->between,
 	        gnp_family_name(row->family), style->between, gnp_regime_info(row->regime)->name, style->between,
@@ -102,8 +102,8 @@ static void write_rows(const struct gnp_ablation_table *table, const struct styl
 
 static void write_head(const struct style *style, FILE *out)
 {
-	fprintf(out, "%s%-5s%s%-8s%s%-10s%s%-16s", style->begin, "model", style->between, "family", style->between, "regime",
-	        style->between, "part");
+	fprintf(out, "%s%-5s%s%-8s%s%-10s%s%-16s", style->begin, "model", style->between, "family", style->between,
+	        "regime", style->between, "part");
 	for (int s = 0; s < GNP_SCORES; s++)
 		fprintf(out, "%s%14s", style->between, gnp_score_heading((enum gnp_score)s));
 	fprintf(out, "%s\n", style->end);
@@ -120,7 +120,8 @@ void gnp_ablation_table_write_text(const struct gnp_ablation_table *table, FILE 
 void gnp_ablation_table_write_markdown(const struct gnp_ablation_table *table, FILE *out)
 {
 	static const struct style bars = {"| ", " | ", " |"};
-	fputs("\n## Ablation\nMean errors of `gnp` and `fit` with a part of their models taken away; -: they have none.", out);
+	fputs("\n## Ablation\nMean errors of `gnp` and `fit` with a part of their models taken away; -: they have none.",
+	      out);
 	for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
 		fprintf(out, "%s %s: %s.", part == GNP_ABLATION_NONE + 1 ? "" : "\n", gnp_ablation_name(part),
 		        gnp_ablation_help(part));

@@ -13,7 +13,7 @@
 #include "weights/protocol/protocol.h"
 
 enum { BATCH = GNP_WEIGHTED_BATCH, OUTPUTS = GNP_WEIGHTED_OUTPUTS, POINTS = 4000, SURVEYED = 400 };
-static const double noises[] = {0, 0.1, 0.3, 1, 2}; /* in spacings; of a body one, and none of its sampling's number */
+static const double noises[] = {0, 0.1, 0.3, 1, 2}; /* in spacings; each body has one of them */
 
 /* A cloud under a model, and the sums of its chunks. */
 struct survey {
@@ -34,8 +34,8 @@ static void put_first(uint32_t *index, size_t count, uint32_t centre)
 }
 
 /* The support as estimation builds it, from a row of the widest search. */
-static gnp_status build(const struct gnp_weighted_cloud *cloud, uint32_t centre, uint32_t *index, const double *distance,
-                        size_t found, struct gnp_support *support, struct gnp_error *error)
+static gnp_status build(const struct gnp_weighted_cloud *cloud, uint32_t centre, uint32_t *index,
+                        const double *distance, size_t found, struct gnp_support *support, struct gnp_error *error)
 {
 	struct gnp_ladder ladder;
 	put_first(index, found, centre);
@@ -46,7 +46,8 @@ static gnp_status build(const struct gnp_weighted_cloud *cloud, uint32_t centre,
 	return gnp_error_set(error, GNP_DEGENERATE, "ablation: the points about point %u coincide", (unsigned)centre);
 }
 
-static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	const struct survey *survey = context;
 	const struct gnp_weighted_cloud *cloud = survey->cloud;
@@ -67,7 +68,8 @@ static gnp_status survey_chunk(void *context, size_t begin, size_t end, struct g
 		status = build(cloud, centres[i], found.index + found.start[i], found.distance + found.start[i],
 		               found.start[i + 1] - found.start[i], supports[i], error);
 	if (status == GNP_OK)
-		status = gnp_weighted_forward(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
+		status = gnp_weighted_forward(cloud->network, (const struct gnp_support *const *)supports, count, &pass,
+		                              scratch, error);
 	for (size_t i = 0; i < count * OUTPUTS && status == GNP_OK; i++)
 		survey->sums[begin / BATCH * OUTPUTS + i % OUTPUTS] += (double)pass.outputs[i];
 	return status;
@@ -78,7 +80,9 @@ static gnp_status survey_prepared(const struct gnp_model *model, const struct gn
                                   struct gnp_pool *pool, double *total, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = gnp_estimator_at(GNP_ESTIMATOR_GNP);
-	const struct gnp_fit_cloud cloud = {.count = prepared->count, .points = prepared->points, .normals = prepared->normals,
+	const struct gnp_fit_cloud cloud = {.count = prepared->count,
+	                                    .points = prepared->points,
+	                                    .normals = prepared->normals,
 	                                    .neighbors = prepared->neighbors};
 	const struct gnp_fit_options options = {.model = model};
 	size_t chunks = (surveyed + BATCH - 1) / BATCH;
@@ -86,7 +90,8 @@ static gnp_status survey_prepared(const struct gnp_model *model, const struct gn
 	gnp_status status = estimator->prepare(&cloud, &options, pool, NULL, &state, error);
 	if (status != GNP_OK)
 		return status;
-	struct survey survey = {estimator->weighted(state), prepared->count / surveyed, gnp_array_zero(chunks * OUTPUTS, sizeof(double))};
+	struct survey survey = {estimator->weighted(state), prepared->count / surveyed,
+	                        gnp_array_zero(chunks * OUTPUTS, sizeof(double))};
 	status = survey.sums ? gnp_pool_run(pool, NULL, surveyed, BATCH, survey_chunk, &survey, error)
 	                     : gnp_no_memory("ablation", surveyed, "supports", error);
 	for (size_t i = 0; i < chunks * OUTPUTS && status == GNP_OK; i++)
@@ -96,12 +101,14 @@ static gnp_status survey_prepared(const struct gnp_model *model, const struct gn
 	return status;
 }
 
-static gnp_status survey_body(const struct gnp_model *model, int kind, size_t points, struct gnp_pool *pool, double *total,
-                              size_t *count, struct gnp_error *error)
+static gnp_status survey_body(const struct gnp_model *model, int kind, size_t points, struct gnp_pool *pool,
+                              double *total, size_t *count, struct gnp_error *error)
 {
 	const uint64_t seed = GNP_SEED_WATCH + (UINT64_C(1) << 50) + (uint64_t)kind;
-	const struct gnp_solid_options options = {
-		.seed = seed, .kind = kind, .count = points < POINTS ? points : POINTS, .sampling = kind % GNP_SOLID_SAMPLING_COUNT};
+	const struct gnp_solid_options options = {.seed = seed,
+	                                          .kind = kind,
+	                                          .count = points < POINTS ? points : POINTS,
+	                                          .sampling = kind % GNP_SOLID_SAMPLING_COUNT};
 	struct gnp_solid_sample sample;
 	struct gnp_prepared prepared;
 	struct gnp_random random;
@@ -124,8 +131,8 @@ static gnp_status survey_body(const struct gnp_model *model, int kind, size_t po
 	return status;
 }
 
-gnp_status gnp_ablation_weighted_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool, float *outputs,
-                                         struct gnp_error *error)
+gnp_status gnp_ablation_weighted_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool,
+                                         float *outputs, struct gnp_error *error)
 {
 	double total[OUTPUTS] = {0};
 	size_t count = 0;

@@ -32,7 +32,8 @@ static const struct gnp_option options[] = {
 	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
 	{"only", 0, "LIST", "table real: these meshes alone"},
 	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
-	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs, with node weights of one"},
+	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs, "
+	                    "with node weights of one"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
 	{"markdown", 0, "FILE", "write the table as Markdown"},
 	{"help", 0, NULL, "this text"},

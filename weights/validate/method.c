@@ -34,8 +34,9 @@ gnp_status gnp_method_model(enum gnp_method method, enum gnp_regime regime, cons
 	if (info->any) {
 		*out = gnp_method_any(models);
 		return *out ? GNP_OK
-		            : gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s in %s: none of the %zu models is for any cloud (head %s)",
-		                            info->name, in->name, gnp_models_count(models), gnp_head_name(GNP_HEAD_WEIGHTED));
+		            : gnp_error_set(error, GNP_INVALID_ARGUMENT,
+		                            "%s in %s: none of the %zu models is for any cloud (head %s)", info->name, in->name,
+		                            gnp_models_count(models), gnp_head_name(GNP_HEAD_WEIGHTED));
 	}
 	if (!info->suffix)
 		return GNP_OK;

@@ -30,7 +30,8 @@ const struct gnp_method_info *gnp_method_info(enum gnp_method method);
 /* The first by name that weighs nodes, as weights=auto takes it; NULL: there is none. models may be NULL. */
 const struct gnp_model *gnp_method_any(const struct gnp_models *models);
 
-/* The weights it is given in a regime, *out NULL when it uses none. GNP_INVALID_ARGUMENT: they are not among the models. */
+/* The weights it is given in a regime, *out NULL when it uses none. GNP_INVALID_ARGUMENT: they are not among the
+ * models. */
 gnp_status gnp_method_model(enum gnp_method method, enum gnp_regime regime, const struct gnp_models *models,
                                const struct gnp_model **out, struct gnp_error *error);
 

@@ -21,7 +21,7 @@ struct gnp_real_cloud {
 	double *normals;         /* (count, 3) the truth: unit, outward */
 	double *mean_curvature;  /* (count) the truth; NULL: not known */
 	double *gaussian_curvature; /* (count) likewise */
-	double *edge;            /* (count) distance to the nearest edge, rim or tip, in spacings; NULL: there is none, or not known */
+	double *edge;            /* (count) distance to the nearest edge, rim or tip, in spacings; NULL: none known */
 	bool open;               /* there are rims that edge does not know */
 	bool detailed;           /* error bars and edges are looked at too (real_detail.h); then curvatures are known */
 	enum gnp_real_hardness hardness; /* of detailed ones */

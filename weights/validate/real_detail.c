@@ -72,8 +72,9 @@ static struct gnp_real_detail score(const struct gnp_real_cloud *cloud, const ui
 	return detail;
 }
 
-gnp_status gnp_real_detail_judge(const struct gnp_real_method *method, const struct gnp_real_cloud *cloud, size_t most,
-                                 struct gnp_pool *pool, struct gnp_real_detail *out, struct gnp_error *error)
+gnp_status gnp_real_detail_judge(const struct gnp_real_method *method, const struct gnp_real_cloud *cloud,
+                                 size_t most, struct gnp_pool *pool, struct gnp_real_detail *out,
+                                 struct gnp_error *error)
 {
 	const struct gnp_cloud points = {cloud->count, cloud->points, NULL};
 	struct gnp_estimate_options options = gnp_estimate_defaults();

@@ -113,10 +113,14 @@ static void write_creases(const struct gnp_real_table *table, const struct style
 	static const char *const heads[] = {"near", "precision", "recall", "false", "angle", "H", "K"};
 	fprintf(out, style->heading, "Creases");
 	if (style->told)
-		fputs("The default `gnp` on exact bodies, at points everywhere. `near`: per cent of the points within a spacing of an\n"
-		      "edge, rim or tip; `precision` of those flagged (`crease` 1) that are near, `recall` of those near that are flagged,\n"
-		      "`false` of the others that are flagged, per cent. Of the others: root mean square angle in degrees, relative\n"
-		      "errors of H and K. Rows for all clouds count points together, and take the mean of figures.\n\n", out);
+		fputs("The default `gnp` on exact bodies, at points everywhere. `near`: per cent of the points within a "
+		      "spacing of an\n"
+		      "edge, rim or tip; `precision` of those flagged (`crease` 1) that are near, `recall` of those near "
+		      "that are flagged,\n"
+		      "`false` of the others that are flagged, per cent. Of the others: root mean square angle in degrees, "
+		      "relative\n"
+		      "errors of H and K. Rows for all clouds count points together, and take the mean of figures.\n\n",
+		      out);
 	write_head(style, "creases of gnp", "sampling", heads, sizeof heads / sizeof *heads, out);
 	for (size_t r = 0; r < table->row_count; r++) {
 		const struct gnp_real_detail *own = &table->rows[r].details[GNP_REAL_DETAIL_GNP];
@@ -127,7 +131,8 @@ static void write_creases(const struct gnp_real_table *table, const struct style
 	}
 	for (int h = 0; h <= GNP_REAL_HARDNESSES; h++) {
 		const struct gnp_real_detail sum = gnp_real_extra_sum(table, GNP_REAL_DETAIL_GNP, (enum gnp_real_hardness)h);
-		write_words(style, "all clouds", h < GNP_REAL_HARDNESSES ? gnp_real_hardness_name((enum gnp_real_hardness)h) : "", out);
+		write_words(style, "all clouds",
+		            h < GNP_REAL_HARDNESSES ? gnp_real_hardness_name((enum gnp_real_hardness)h) : "", out);
 		write_crease(style, &sum, out);
 	}
 	fputc('\n', out);
@@ -140,17 +145,23 @@ static void write_bars(const struct gnp_real_table *table, const struct style *s
 	static const char *const heads[] = {"points", "normal 1", "normal 2", "H 1", "H 2"};
 	fprintf(out, style->heading, "Error bars");
 	if (style->told)
-		fputs("Per cent of the points farther than a spacing from every edge whose error is within 1 and 2 of the standard errors\n"
-		      "that the estimator gives: of the normal's angle by `normals_stderr`, of H by `mean_curvature_stderr`. Honest ones\n"
-		      "hold for 60 to 75 and 92 to 98. By what is hard about the exact bodies: edges are of even samples without noise,\n"
-		      "noise of any without gradient.\n\n", out);
+		fputs("Per cent of the points farther than a spacing from every edge whose error is within 1 and 2 of the "
+		      "standard errors\n"
+		      "that the estimator gives: of the normal's angle by `normals_stderr`, of H by `mean_curvature_stderr`. "
+		      "Honest ones\n"
+		      "hold for 60 to 75 and 92 to 98. By what is hard about the exact bodies: edges are of even samples "
+		      "without noise,\n"
+		      "noise of any without gradient.\n\n",
+		      out);
 	write_head(style, "error bars", "clouds", heads, sizeof heads / sizeof *heads, out);
 	for (int d = 0; d < GNP_REAL_DETAILS; d++)
 		for (int h = 0; h < GNP_REAL_HARDNESSES; h++) {
-			const struct gnp_real_detail sum = gnp_real_extra_sum(table, (enum gnp_real_detailed)d, (enum gnp_real_hardness)h);
+			const struct gnp_real_detail sum =
+				gnp_real_extra_sum(table, (enum gnp_real_detailed)d, (enum gnp_real_hardness)h);
 			if (sum.centres == 0)
 				continue;
-			write_words(style, gnp_real_detail_name((unsigned)d), gnp_real_hardness_name((enum gnp_real_hardness)h), out);
+			write_words(style, gnp_real_detail_name((unsigned)d), gnp_real_hardness_name((enum gnp_real_hardness)h),
+			            out);
 			fprintf(out, "%s%9zu", style->between, sum.far);
 			for (int b = 0; b < GNP_REAL_BARS; b++)
 				write_figure(style, "%.1f", share(sum.normals_within[b], sum.far), out);
@@ -200,10 +211,14 @@ static void write_filter(const struct gnp_real_table *table, const struct style 
 	static const char *const heads[] = {"clouds", "dropped", "most", "found", "least"};
 	fprintf(out, style->heading, "Filter");
 	if (style->told)
-		fputs("The operation filter with its defaults on the samples: per cent of the good points it drops (`dropped`; `most` on\n"
-		      "any mesh), and of outliers planted that it drops (`found`; `least`): a tenth of the points displaced by isotropic\n"
-		      "Gaussian noise in units of the diagonal, of which those count that are then farther along the normal than three\n"
-		      "deviations of the noise, and than 0.3 spacings.\n\n", out);
+		fputs("The operation filter with its defaults on the samples: per cent of the good points it drops "
+		      "(`dropped`; `most` on\n"
+		      "any mesh), and of outliers planted that it drops (`found`; `least`): a tenth of the points displaced "
+		      "by isotropic\n"
+		      "Gaussian noise in units of the diagonal, of which those count that are then farther along the normal "
+		      "than three\n"
+		      "deviations of the noise, and than 0.3 spacings.\n\n",
+		      out);
 	write_head(style, "filter", "outliers planted", heads, sizeof heads / sizeof *heads, out);
 	for (size_t i = 0; i < table->filter_count; i++) {
 		bool first = true;
@@ -253,9 +268,11 @@ static void write_number(const char *name, double value, FILE *out)
 static void write_detail(const struct gnp_real_row *row, unsigned which, FILE *out)
 {
 	const struct gnp_real_detail *d = &row->details[which];
-	fprintf(out, "    {\"cloud\": \"%s\", \"sampling\": \"%s\", \"kind\": \"%s\", \"method\": \"%s\", \"centres\": %zu, ", row->cloud,
-	        row->variant, gnp_real_hardness_name(row->hardness), gnp_real_detail_name(which), d->centres);
-	fprintf(out, "\"near\": %zu, \"flagged\": %zu, \"found\": %zu, \"far\": %zu", d->near, d->flagged, d->found, d->far);
+	fprintf(out,
+	        "    {\"cloud\": \"%s\", \"sampling\": \"%s\", \"kind\": \"%s\", \"method\": \"%s\", \"centres\": %zu, ",
+	        row->cloud, row->variant, gnp_real_hardness_name(row->hardness), gnp_real_detail_name(which), d->centres);
+	fprintf(out, "\"near\": %zu, \"flagged\": %zu, \"found\": %zu, \"far\": %zu", d->near, d->flagged, d->found,
+	        d->far);
 	write_number("rms", d->angle, out);
 	write_number("mean_curvature", d->mean_curvature, out);
 	write_number("gaussian_curvature", d->gaussian_curvature, out);
@@ -279,7 +296,8 @@ void gnp_real_extra_write_json(const struct gnp_real_table *table, FILE *out)
 	fputs("],\n  \"filter\": [", out);
 	for (size_t f = 0; f < table->filter_count; f++) {
 		const struct gnp_real_filter_row *row = &table->filters[f];
-		fprintf(out, "%s    {\"cloud\": \"%s\", \"sampling\": \"%s\", \"planted\": %g, \"good\": %zu, \"dropped\": %zu, ",
+		fprintf(out,
+		        "%s    {\"cloud\": \"%s\", \"sampling\": \"%s\", \"planted\": %g, \"good\": %zu, \"dropped\": %zu, ",
 		        f ? ",\n" : "\n", row->cloud, row->variant, row->planted, row->filtered.good, row->filtered.dropped);
 		fprintf(out, "\"outliers\": %zu, \"found\": %zu}", row->filtered.outliers, row->filtered.found);
 	}

@@ -13,8 +13,8 @@ void gnp_real_extra_write_markdown(const struct gnp_real_table *table, FILE *out
 /* Members of the table's object, each with a comma behind. */
 void gnp_real_extra_write_json(const struct gnp_real_table *table, FILE *out);
 
-/* What all judged clouds of a kind, or of every kind (GNP_REAL_HARDNESSES), come to: counts are summed, figures are means
- * over the clouds that have them. */
+/* What all judged clouds of a kind, or of every kind (GNP_REAL_HARDNESSES), come to: counts are summed, figures are
+ * means over the clouds that have them. */
 struct gnp_real_detail gnp_real_extra_sum(const struct gnp_real_table *table, enum gnp_real_detailed which,
                                           enum gnp_real_hardness hardness);
 

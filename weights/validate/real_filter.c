@@ -44,8 +44,8 @@ static struct gnp_real_filtered count(const unsigned char *what, const unsigned 
 }
 
 gnp_status gnp_real_filter_judge(const struct gnp_real_cloud *cloud, const struct gnp_real_planting *planting,
-                                 const struct gnp_models *models, struct gnp_pool *pool, struct gnp_real_filtered *out,
-                                 struct gnp_error *error)
+                                 const struct gnp_models *models, struct gnp_pool *pool,
+                                 struct gnp_real_filtered *out, struct gnp_error *error)
 {
 	struct gnp_filter_options options = gnp_filter_defaults();
 	struct gnp_filter filter;

@@ -60,7 +60,8 @@ static gnp_status judge_details(struct run *run, const struct gnp_real_cloud *cl
 		if (status == GNP_OUT_OF_MEMORY || status == GNP_CANCELLED)
 			return gnp_error_set(error, status, "%s", why.text);
 		if (status != GNP_OK && run->log)
-			fprintf(run->log, "%s, %s: error bars of %s failed: %s\n", row->cloud, row->variant, gnp_real_detail_name(d), why.text);
+			fprintf(run->log, "%s, %s: error bars of %s failed: %s\n", row->cloud, row->variant,
+			        gnp_real_detail_name(d), why.text);
 	}
 	return gnp_task_check(run->task, error);
 }
@@ -122,8 +123,8 @@ static const struct sampling {
 	{"stripes", 0, GNP_REAL_STRIPES},      {"gradient", 0, GNP_REAL_GRADIENT},
 };
 
-/* The default filter of a sample as it is, or with outliers planted, into a row of the table. What fails is left out, and the
- * log says why. */
+/* The default filter of a sample as it is, or with outliers planted, into a row of the table. What fails is left out,
+ * and the log says why. */
 static gnp_status filter_one(struct run *run, const char *name, const struct sampling *sampling,
                              const struct gnp_real_cloud *cloud, const struct gnp_real_mesh *mesh, double planted,
                              struct gnp_error *error)

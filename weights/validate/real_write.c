@@ -176,7 +176,8 @@ static double ratio_to_whole(const struct gnp_real_table *table, enum gnp_real_s
 	double sum = 0;
 	for (size_t r = 0; r < table->row_count; r++)
 		if (table->rows[r].section == section) {
-			sum += gnp_real_table_best(table, &table->rows[r], method) / gnp_real_table_best(table, &table->rows[r], whole);
+			const struct gnp_real_row *row = &table->rows[r];
+			sum += gnp_real_table_best(table, row, method) / gnp_real_table_best(table, row, whole);
 			rows++;
 		}
 	return sum / (double)rows;
@@ -192,7 +193,8 @@ static size_t find_part(const struct gnp_real_table *table, size_t whole, unsign
 	return c;
 }
 
-static void write_part(const struct gnp_real_table *table, size_t whole, unsigned part, const struct style *style, FILE *out)
+static void write_part(const struct gnp_real_table *table, size_t whole, unsigned part, const struct style *style,
+                       FILE *out)
 {
 	size_t altered = find_part(table, whole, part);
 	fprintf(out, "%s%-16s%s%-18s", style->begin, table->methods[whole].name, style->between, gnp_ablation_name(part));
@@ -204,6 +206,11 @@ static void write_part(const struct gnp_real_table *table, size_t whole, unsigne
 	fprintf(out, "%s\n", style->end);
 }
 
+static bool has_model(const struct gnp_real_table *table, size_t method)
+{
+	return is_whole(table, method) && table->methods[method].model;
+}
+
 static void write_ablation(const struct gnp_real_table *table, const struct style *style, FILE *out)
 {
 	fprintf(out, "%s%-16s%s%-18s", style->begin, "model", style->between, "part");
@@ -212,8 +219,7 @@ static void write_ablation(const struct gnp_real_table *table, const struct styl
 	fprintf(out, "%s\n", style->end);
 	write_rule(style, 2, GNP_REAL_SECTIONS, out);
 	for (size_t c = 0; c < table->method_count; c++)
-		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS && is_whole(table, c) && table->methods[c].model;
-		     part++)
+		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS && has_model(table, c); part++)
 			write_part(table, c, part, style, out);
 	fputc('\n', out);
 }
@@ -317,8 +323,8 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 	}
 	gnp_real_extra_write_markdown(table, out);
 	if (table->plan.ablate) {
-		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing; -: the model has\n"
-		      "none.\n",
+		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing; -:\n"
+		      "the model has none.\n",
 		      out);
 		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
 			fprintf(out, "%s: %s. ", gnp_ablation_name(part), gnp_ablation_help(part));

@@ -92,7 +92,8 @@ double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row
 	return (ranked(table, row, score, (count - 1) / 2) + ranked(table, row, score, count / 2)) / 2;
 }
 
-bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row, struct gnp_row *next)
+bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row,
+                          struct gnp_row *next)
 {
 	struct gnp_row at;
 	for (bool more = gnp_selection_next(&table->selection, row, &at); more; more = gnp_selection_next(&table->selection, &at, &at)) {

@@ -39,9 +39,10 @@ double *gnp_table_errors(const struct gnp_table *table, const struct gnp_row *ro
 double gnp_table_mean(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score);
 double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score);
 
-/* The rows of gnp that are compared with another method, as gnp_selection_next: where both are judged, and with adaptive where
- * clouds are noisy or have outliers. */
-bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row, struct gnp_row *next);
+/* The rows of gnp that are compared with another method, as gnp_selection_next: where both are judged, and with
+ * adaptive where clouds are noisy or have outliers. */
+bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row,
+                          struct gnp_row *next);
 /* The mean of a row over that of another method in its place. */
 double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_method other, enum gnp_score score);
 

@@ -117,7 +117,8 @@ static void write_verdicts(const struct style *style, const struct gnp_table *ta
 }
 
 /* Quotients over `limit` are marked. */
-static void write_ratios(const struct style *style, const struct gnp_table *table, enum gnp_method other, double limit, FILE *out)
+static void write_ratios(const struct style *style, const struct gnp_table *table, enum gnp_method other, double limit,
+                         FILE *out)
 {
 	struct gnp_row row;
 	int cells = 0, within = 0;
@@ -140,8 +141,9 @@ static void write_ratios(const struct style *style, const struct gnp_table *tabl
 		write_line(style, &line, out);
 	}
 	snprintf(note, sizeof note,
-	         "The quotients of their means, and of their seconds: below 1 gnp is the better. At most %g (else !): %d of %d.", limit,
-	         within, cells);
+	         "The quotients of their means, and of their seconds: below 1 gnp is the better. "
+	         "At most %g (else !): %d of %d.",
+	         limit, within, cells);
 	fprintf(out, style->paragraph, note);
 }
 
@@ -160,8 +162,8 @@ static void write_weights(const struct style *style, const struct gnp_table *tab
 			fprintf(out, style->heading, "Weights");
 		char item[240];
 		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %d, sha256 %s", gnp_method_info(row.method)->name,
-		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head), gnp_table_k(table, &row),
-		         model->sha256);
+		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head),
+		         gnp_table_k(table, &row), model->sha256);
 		write_item(style, first, item, out);
 		first = false;
 	}
@@ -178,10 +180,10 @@ static const char *const MARKS_NOTE =
 	"normal a hundred times better and the metric three thousand times worse than at k = 30): those columns are not judged there.";
 
 static const char *const NORMALS_NOTE =
-	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward; adaptive and fit\n"
-	"also leave out of a patch the points whose normals are turned away from its centre's, and gnp sees them. k is that of the\n"
-	"regime. gnp is the default, whose weights are the same in every regime and whose neighbourhoods have no k (the one shown is\n"
-	"not used); fit and pooled are the estimator gnp with the weights trained for the regime, which bring their own k.";
+	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward; adaptive\n"
+	"and fit also leave out of a patch the points whose normals are turned away from its centre's, and gnp sees them. gnp\n"
+	"is the default, with the same weights in every regime and no k (the one shown is not used); fit and pooled are the\n"
+	"estimator gnp with the weights trained for the regime, which bring their own k; that of others is the regime's.";
 
 static const char *const RULE_NOTE =
 	"The paper's toroidal law has members folded more sharply than the spacing of the points, which no patch can resolve. A draw\n"

@@ -61,7 +61,8 @@ static void a_random_trunk_leaves_head_nodes_and_frames(void)
 	size_t kept = 0;
 	for (size_t r = 0; r < layout->rows; r++) {
 		const char *name = layout->row[r].name;
-		bool other = strncmp(name, "head.", 5) == 0 || strncmp(name, "node.", 5) == 0 || strncmp(name, "frame.", 6) == 0;
+		bool other =
+			strncmp(name, "head.", 5) == 0 || strncmp(name, "node.", 5) == 0 || strncmp(name, "frame.", 6) == 0;
 		CHECK(same(altered, &layout->row[r]) == other);
 		kept += other;
 	}
@@ -73,7 +74,8 @@ static void constant_outputs_are_the_mean_over_bodies(void)
 {
 	struct gnp_models *altered = alter(GNP_ABLATION_CONSTANT);
 	const struct gnp_layout *layout = &find(models)->network->layout;
-	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight"), *bias = gnp_layout_find(layout, "head.4.bias");
+	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight"),
+								   *bias = gnp_layout_find(layout, "head.4.bias");
 	const float *after = find(altered)->network->parameters;
 	float mean[GNP_WEIGHTED_OUTPUTS], again[GNP_WEIGHTED_OUTPUTS];
 	struct gnp_pool *single;
@@ -142,10 +144,18 @@ static void the_real_table_lists_every_part_of_the_default(void)
 
 /* ---- The model ---- */
 
-static const struct gnp_architecture architecture = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = WIDTH, .channels = 2,
-	.neurons = 6, .layers = 1, .quadrature = GNP_QUADRATURE_MAX, .head_width = 8, .outputs = GNP_WEIGHTED_OUTPUTS,
-	.node_width = 8, .frame_width = 8};
+static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_SEPARABLE,
+                                                     .head = GNP_HEAD_WEIGHTED,
+                                                     .features = GNP_SUPPORT_FEATURES,
+                                                     .width = WIDTH,
+                                                     .channels = 2,
+                                                     .neurons = 6,
+                                                     .layers = 1,
+                                                     .quadrature = GNP_QUADRATURE_MAX,
+                                                     .head_width = 8,
+                                                     .outputs = GNP_WEIGHTED_OUTPUTS,
+                                                     .node_width = 8,
+                                                     .frame_width = 8};
 
 static bool save(const char *path)
 {
@@ -186,10 +196,8 @@ static bool draw_model(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(removing_the_trunk_takes_its_columns_of_both_layers),
-		TEST(a_random_trunk_leaves_head_nodes_and_frames),
-		TEST(constant_outputs_are_the_mean_over_bodies),
-		TEST(node_weights_of_one_are_one_at_every_node),
+		TEST(removing_the_trunk_takes_its_columns_of_both_layers), TEST(a_random_trunk_leaves_head_nodes_and_frames),
+		TEST(constant_outputs_are_the_mean_over_bodies),           TEST(node_weights_of_one_are_one_at_every_node),
 		TEST(the_real_table_lists_every_part_of_the_default),
 	};
 	gnp_linalg_init();

@@ -1,4 +1,5 @@
-/* The real table beside the angles: details of estimators on exact bodies, the filter on samples, and how they are written. */
+/* The real table beside the angles: details of estimators on exact bodies, the filter on samples, and how they are
+ * written. */
 #include <math.h>
 #include <unistd.h>
 
@@ -36,11 +37,14 @@ static void error_bars_of_adaptive_are_counted_on_a_noisy_torus(void)
 	CHECK(gnp_real_detail_judge(&adaptive, &cloud, 500, pool, &detail, NULL) == GNP_OK);
 	CHECK(detail.centres == 500 && detail.far == 500 && detail.near == 0 && detail.flagged == 0);
 	CHECK(detail.angle > 0.1 && detail.angle < 10);
-	CHECK(detail.mean_curvature > 0.01 && detail.mean_curvature < 0.6 && detail.gaussian_curvature > detail.mean_curvature);
+	CHECK(detail.mean_curvature > 0.01 && detail.mean_curvature < 0.6 &&
+	      detail.gaussian_curvature > detail.mean_curvature);
 	for (int b = 0; b < GNP_REAL_BARS; b++)
 		CHECK(detail.normals_within[b] > 100 && detail.curvature_within[b] > 100);
-	CHECK(detail.normals_within[0] < detail.normals_within[1] && detail.curvature_within[0] < detail.curvature_within[1]);
-	CHECK(gnp_real_detail_judge(&adaptive, &cloud, 0, pool, &detail, NULL) == GNP_OK && detail.centres == cloud.count);
+	CHECK(detail.normals_within[0] < detail.normals_within[1] &&
+	      detail.curvature_within[0] < detail.curvature_within[1]);
+	CHECK(gnp_real_detail_judge(&adaptive, &cloud, 0, pool, &detail, NULL) == GNP_OK &&
+	      detail.centres == cloud.count);
 	gnp_real_cloud_clear(&cloud);
 }
 
@@ -63,7 +67,8 @@ static void creases_are_those_within_a_spacing_of_an_edge(void)
 	CHECK_STRING(error.text, "");
 	CHECK(near > 0 && near < 300 && detail.near == near && detail.found == near && detail.flagged == 300);
 	CHECK(detail.far == 300 - near && isnan(detail.gaussian_curvature)); /* a box's sides are flat */
-	CHECK(gnp_real_detail_judge(&gmls, &cloud, 300, pool, &detail, &error) == GNP_INVALID_ARGUMENT); /* it has no error bars */
+	CHECK(gnp_real_detail_judge(&gmls, &cloud, 300, pool, &detail, &error) ==
+	      GNP_INVALID_ARGUMENT); /* it has no error bars */
 	cloud.open = true;
 	CHECK(gnp_real_detail_judge(&gnp, &cloud, 300, pool, &detail, NULL) == GNP_OK && detail.flagged == 0);
 	gnp_real_cloud_clear(&cloud);
@@ -98,13 +103,30 @@ static void planted_outliers_are_found_and_good_points_kept(void)
 static struct gnp_real_table small_table(void)
 {
 	static const struct gnp_real_detail details[] = {
-		{.centres = 100, .near = 40, .flagged = 50, .found = 30, .far = 60, .angle = 2, .mean_curvature = 0.5,
-	     .gaussian_curvature = NAN, .normals_within = {30, 54}, .curvature_within = {45, 60}},
-		{.centres = 50, .near = 0, .flagged = 10, .found = 0, .far = 50, .angle = 4, .mean_curvature = 0.25,
-	     .gaussian_curvature = 0.125, .normals_within = {20, 50}, .curvature_within = {10, 20}},
+		{.centres = 100,
+	     .near = 40,
+	     .flagged = 50,
+	     .found = 30,
+	     .far = 60,
+	     .angle = 2,
+	     .mean_curvature = 0.5,
+	     .gaussian_curvature = NAN,
+	     .normals_within = {30, 54},
+	     .curvature_within = {45, 60}},
+		{.centres = 50,
+	     .near = 0,
+	     .flagged = 10,
+	     .found = 0,
+	     .far = 50,
+	     .angle = 4,
+	     .mean_curvature = 0.25,
+	     .gaussian_curvature = 0.125,
+	     .normals_within = {20, 50},
+	     .curvature_within = {10, 20}},
 	};
-	static const struct gnp_real_filter_row filters[] = {
-		{"one", "clean", 0, {1000, 10, 0, 0}}, {"two", "clean", 0, {1000, 30, 0, 0}}, {"one", "clean", 0.02, {900, 9, 100, 98}}};
+	static const struct gnp_real_filter_row filters[] = {{"one", "clean", 0, {1000, 10, 0, 0}},
+	                                                     {"two", "clean", 0, {1000, 30, 0, 0}},
+	                                                     {"one", "clean", 0.02, {900, 9, 100, 98}}};
 	struct gnp_real_table table = {.plan = gnp_real_plan_full()};
 	for (int r = 0; r < 2; r++) {
 		struct gnp_real_row *row = gnp_real_table_add(&table);
@@ -124,7 +146,8 @@ static void kinds_are_summed(void)
 	const struct gnp_real_detail edges = gnp_real_extra_sum(&table, GNP_REAL_DETAIL_GNP, GNP_REAL_EDGES);
 	const struct gnp_real_detail all = gnp_real_extra_sum(&table, GNP_REAL_DETAIL_GNP, GNP_REAL_HARDNESSES);
 	CHECK(edges.centres == 100 && edges.found == 30 && edges.normals_within[1] == 54);
-	CHECK(all.centres == 150 && all.near == 40 && all.flagged == 60 && all.far == 110 && all.curvature_within[0] == 55);
+	CHECK(all.centres == 150 && all.near == 40 && all.flagged == 60 && all.far == 110 &&
+	      all.curvature_within[0] == 55);
 	CHECK_NEAR(all.angle, 3, 1e-12);
 	CHECK_NEAR(all.mean_curvature, 0.375, 1e-12);
 	CHECK_NEAR(all.gaussian_curvature, 0.125, 1e-12); /* of the one that has it */
@@ -142,11 +165,20 @@ static void the_tables_are_written_three_ways(void)
 	gnp_real_table_write_markdown(&table, out);
 	gnp_real_table_write_json(&table, out);
 	fclose(out);
-	CHECK_CONTAINS(text, "body 0                                       40.0       60.0       75.0       33.3       2.00   5.00e-01          -");
-	CHECK_CONTAINS(text, "| all clouds         |                    |      26.7 |      50.0 |      75.0 |      27.3 |      3.00 |");
-	CHECK_CONTAINS(text, "| gnp                | edges              |        60 |      50.0 |      90.0 |      75.0 |     100.0 |");
-	CHECK_CONTAINS(text, "| clean              | none               |         2 |      2.00 |      3.00 |         - |         - |");
-	CHECK_CONTAINS(text, "| clean              | 10 % by 0.02       |         1 |      1.00 |      1.00 |      98.0 |      98.0 |");
+	CHECK_CONTAINS(text, "body 0                                       40.0       60.0       75.0       33.3       "
+	                     "2.00   5.00e-01          -");
+	CHECK_CONTAINS(
+		text,
+		"| all clouds         |                    |      26.7 |      50.0 |      75.0 |      27.3 |      3.00 |");
+	CHECK_CONTAINS(
+		text,
+		"| gnp                | edges              |        60 |      50.0 |      90.0 |      75.0 |     100.0 |");
+	CHECK_CONTAINS(
+		text,
+		"| clean              | none               |         2 |      2.00 |      3.00 |         - |         - |");
+	CHECK_CONTAINS(
+		text,
+		"| clean              | 10 % by 0.02       |         1 |      1.00 |      1.00 |      98.0 |      98.0 |");
 	CHECK_CONTAINS(text, "\"kind\": \"uneven\", \"method\": \"gnp\", \"centres\": 50, \"near\": 0, \"flagged\": 10");
 	CHECK_CONTAINS(text, "\"planted\": 0.02, \"good\": 900, \"dropped\": 9, \"outliers\": 100, \"found\": 98}");
 	free(text);
@@ -161,10 +193,18 @@ static void the_tables_are_written_three_ways(void)
 
 /* ---- The model ---- */
 
-static const struct gnp_architecture architecture = {
-	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = GNP_SUPPORT_FEATURES, .width = 8, .channels = 2,
-	.neurons = 6, .layers = 1, .quadrature = GNP_QUADRATURE_MAX, .head_width = 8, .outputs = GNP_WEIGHTED_OUTPUTS,
-	.node_width = 8, .frame_width = 8};
+static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_SEPARABLE,
+                                                     .head = GNP_HEAD_WEIGHTED,
+                                                     .features = GNP_SUPPORT_FEATURES,
+                                                     .width = 8,
+                                                     .channels = 2,
+                                                     .neurons = 6,
+                                                     .layers = 1,
+                                                     .quadrature = GNP_QUADRATURE_MAX,
+                                                     .head_width = 8,
+                                                     .outputs = GNP_WEIGHTED_OUTPUTS,
+                                                     .node_width = 8,
+                                                     .frame_width = 8};
 
 static bool save(const char *path)
 {
