@@ -195,7 +195,7 @@ def test_the_models_of_the_tree_know_a_sphere():
             head, outputs = harness.parse_infer(server.post(ESTIMATE, body, headers))
             assert head["parameters"]["weights_sha256"] == digest(content)
             worst = max(abs(2 * h + 1) for h in outputs["mean_curvature"])
-            assert worst < (0.5 if "pooled" in name else 0.1), (name, worst)
+            assert worst < 0.1, (name, worst)
 
 
 def test_no_weights_are_no_fault_of_clients():
