@@ -4,7 +4,8 @@
  * MLP of one hidden layer on both nodes' features with values in blocks of width / channels squared. Trunk `separable`:
  * v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)). Head `pooled` (the paper's): mean over the patch and an MLP to
  * Legendre coefficients. Head `projection`: the same mean, with a summary of nested least-squares fits, and an MLP to
- * how the heights are projected onto a basis (projection.h).
+ * how the heights are projected onto a basis (projection.h); with the trunk `none` it sees the summary alone, and all
+ * sizes of a trunk are 0.
  *
  * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation,
  * training and its checkpoints all go by it. Names are those of the reference package's state dicts. */
@@ -15,7 +16,7 @@
 
 #include "core/base/status.h"
 
-enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNKS };
+enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNK_NONE, GNP_TRUNKS };
 enum gnp_head_kind { GNP_HEAD_POOLED, GNP_HEAD_PROJECTION, GNP_HEADS };
 
 enum { GNP_LAYERS_MAX = 12, GNP_QUADRATURE_MAX = 64, GNP_SHELLS_MAX = 8, GNP_PARAMETER_ROWS_MAX = 16 * GNP_LAYERS_MAX + 16 };

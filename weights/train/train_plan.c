@@ -15,7 +15,8 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"minutes", 0, "N", "how long to train (20)"},
 	{"steps", 0, "N", "or how many steps; then training repeats to the byte"},
 	{"prepare", 0, NULL, "only sample the shapes into the cache"},
-	{"trunk", 0, "NAME", "edge or separable (edge)"},
+	{"from", 0, "FILE", "a model of the same network, to train on from"},
+	{"trunk", 0, "NAME", "edge, separable or, with the head projection, none (none; with pooled edge)"},
 	{"head", 0, "NAME", "pooled or projection (projection)"},
 	{"width", 0, "N", "values a node (64)"},
 	{"channels", 0, "N", "blocks of the kernel's values (4)"},
@@ -67,11 +68,12 @@ static gnp_status unknown_name(const char *option, const char *got, const char *
 static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
                               struct gnp_error *error)
 {
-	const char *regime = gnp_arguments_get(arguments, "regime", NULL), *trunk = gnp_arguments_get(arguments, "trunk", "edge");
+	const char *regime = gnp_arguments_get(arguments, "regime", NULL), *trunk;
 	const char *head = gnp_arguments_get(arguments, "head", "projection");
 	int r = 0, t = 0, h = 0;
 	while (regime && r < GNP_REGIMES && strcmp(regime, gnp_regime_info((enum gnp_regime)r)->name) != 0)
 		r++;
+	trunk = gnp_arguments_get(arguments, "trunk", strcmp(head, "projection") == 0 ? "none" : "edge");
 	while (t < GNP_TRUNKS && strcmp(trunk, gnp_trunk_name((enum gnp_trunk_kind)t)) != 0)
 		t++;
 	while (h < GNP_HEADS && strcmp(head, gnp_head_name((enum gnp_head_kind)h)) != 0)
@@ -79,7 +81,7 @@ static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_
 	if ((!regime && !plan->prepare) || r == GNP_REGIMES)
 		return unknown_name("regime", regime, "clean-30, clean-50, outlier-50, noise-70", error);
 	if (t == GNP_TRUNKS)
-		return unknown_name("trunk", trunk, "edge, separable", error);
+		return unknown_name("trunk", trunk, "edge, separable, none", error);
 	if (h == GNP_HEADS)
 		return unknown_name("head", head, "pooled, projection", error);
 	plan->run.train.data.regime = (enum gnp_regime)r;
@@ -110,11 +112,13 @@ static void set_defaults(struct gnp_train_plan *plan)
 	const struct gnp_regime_info *info = gnp_regime_info(regime);
 	struct gnp_architecture *a = &plan->architecture;
 	bool projection = a->head == GNP_HEAD_PROJECTION;
-	a->features = projection ? 4 : 3;
-	a->width = a->neurons = projection ? 32 : 64;
-	a->channels = 4;
-	a->layers = 2;
-	a->quadrature = 32;
+	if (a->trunk != GNP_TRUNK_NONE) {
+		a->features = projection ? 4 : 3;
+		a->width = a->neurons = projection ? 32 : 64;
+		a->channels = 4;
+		a->layers = 2;
+		a->quadrature = 32;
+	}
 	a->head_width = projection ? 64 : 128;
 	a->outputs = 16;
 	if (projection) {
@@ -266,6 +270,7 @@ gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gn
 	*plan = (struct gnp_train_plan){.run = gnp_train_run_defaults()};
 	plan->prepare = gnp_arguments_has(arguments, "prepare");
 	plan->output = gnp_arguments_get(arguments, "output", NULL);
+	plan->from = gnp_arguments_get(arguments, "from", NULL);
 	if (gnp_arguments_has(arguments, "minutes") && gnp_arguments_has(arguments, "steps"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--minutes: given with --steps, need one of them");
 	if (!plan->output && !plan->prepare)

@@ -112,6 +112,36 @@ static void the_shells_of_a_projection_are_kept(void)
 	}
 }
 
+/* Its file has no keys of a trunk, and one that has is refused. */
+static void a_model_without_a_trunk_is_kept(void)
+{
+	static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_NONE, .head = GNP_HEAD_PROJECTION, .head_width = 6,
+	                                                     .outputs = 9, .shells = 1, .shell = {50}, .ridge = 1e-12};
+	const struct gnp_safetensors_metadata metadata[] = {{"gnp_format", "1"}, {"head", "projection"}, {"trunk", "none"}, {"width", "8"}};
+	const struct gnp_safetensors_source source = {metadata, 4, NULL, 0};
+	struct gnp_safetensors *file = NULL;
+	struct gnp_model *model = NULL;
+	struct gnp_error error = {0};
+	void *bytes = NULL;
+	size_t size = 0;
+	char path[128];
+	CHECK(save("n", &architecture, NULL, 0, &error) == GNP_OK);
+	snprintf(path, sizeof path, "%s/n.safetensors", folder);
+	CHECK(gnp_model_load(path, &model, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	if (model) {
+		CHECK(model->architecture.trunk == GNP_TRUNK_NONE && model->architecture.width == 0 && model->architecture.layers == 0);
+		CHECK(!gnp_safetensors_metadata_find(model->file, "width") && !gnp_safetensors_metadata_find(model->file, "quadrature"));
+	}
+	gnp_model_free(model);
+	remove_file("n");
+	CHECK(gnp_safetensors_encode("n", &source, &bytes, &size, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_decode("n", bytes, size, &file, NULL) == GNP_OK);
+	CHECK(gnp_model_create_take(file, &model, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "metadata \"width\": got \"8\", need none with the trunk none");
+	free(bytes);
+}
+
 static void shells_that_are_no_list_are_refused(void)
 {
 	static const char *const bad[] = {"", ",", "30,", ",30", "30,,50", "30 50", "30,-50", "a", "9,10,11,12,13,14,15,16,17"};
@@ -432,7 +462,7 @@ static void the_last_of_many_threads_frees_the_set(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
-		TEST(a_model_that_was_saved_is_loaded), TEST(the_shells_of_a_projection_are_kept),
+		TEST(a_model_that_was_saved_is_loaded), TEST(a_model_without_a_trunk_is_kept), TEST(the_shells_of_a_projection_are_kept),
 		TEST(shells_that_are_no_list_are_refused), TEST(wrong_metadata_is_refused_by_key), TEST(wrong_tensors_are_refused_by_name),
 		TEST(damaged_headers_are_answered), TEST(what_no_reader_takes_is_not_saved),
 		TEST(names_of_models_are_those_of_their_files),

@@ -50,7 +50,7 @@ static void what_does_not_fit_is_named(void)
 	            {offsetof(struct gnp_architecture, features), 9, "features: got 9, need 3..8"},
 	            {offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
 	            {offsetof(struct gnp_architecture, outputs), 17, "outputs: got 17, need 16..16"},
-	            {offsetof(struct gnp_architecture, trunk), 2, "trunk: got 2, need 0..1"}};
+	            {offsetof(struct gnp_architecture, trunk), 3, "trunk: got 3, need 0..2"}};
 	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
 		struct gnp_architecture a = v1;
 		struct gnp_error error = {0};
@@ -60,9 +60,27 @@ static void what_does_not_fit_is_named(void)
 	}
 }
 
+/* The projection head's layers remain; sizes of a trunk that is not there, and a head that needs one, are refused. */
+static void without_a_trunk_there_is_the_head_alone(void)
+{
+	struct gnp_architecture a = {.trunk = GNP_TRUNK_NONE, .head = GNP_HEAD_PROJECTION, .head_width = 64, .outputs = 10, .shells = 2,
+	                             .shell = {40, 80}, .ridge = 1e-6};
+	struct gnp_error error = {0};
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	CHECK(layout.rows == 8 && gnp_layout_find(&layout, "head.0.weight")->shape[1] == 16);
+	a.width = 8;
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "width: got 8, need 0..0");
+	a = (struct gnp_architecture){.trunk = GNP_TRUNK_NONE, .head_width = 64, .outputs = 16};
+	error = (struct gnp_error){0};
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "trunk: got none, the head pooled needs one");
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(counts_are_the_published_ones), TEST(tensors_follow_each_other),
-	                                    TEST(what_does_not_fit_is_named)};
+	                                    TEST(what_does_not_fit_is_named), TEST(without_a_trunk_there_is_the_head_alone)};
 	return RUN_TESTS(tests);
 }

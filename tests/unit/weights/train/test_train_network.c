@@ -43,6 +43,8 @@ static struct gnp_architecture small(enum gnp_trunk_kind trunk, enum gnp_head_ki
 		a.shell[0] = 60;
 		a.shell[1] = 120;
 		a.ridge = 1e-5;
+		if (trunk == GNP_TRUNK_NONE)
+			a.features = a.width = a.channels = a.neurons = a.layers = a.quadrature = 0;
 		a.outputs = (unsigned)gnp_projection_outputs(&a);
 	}
 	return a;
@@ -85,7 +87,7 @@ static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 {
 	struct gnp_architecture architecture = small(trunk, head);
 	struct gnp_trainable network;
-	CHECK(gnp_train_network_open(&architecture, &network, NULL) == GNP_OK);
+	CHECK(gnp_train_network_open(&architecture, NULL, &network, NULL) == GNP_OK);
 	size_t count = network.parameter_count;
 	float *at = calloc(count, sizeof *at), *to = calloc(count, sizeof *to), *gradient = calloc(count, sizeof *gradient);
 	network.initialize(network.state, 5, at);
@@ -117,7 +119,7 @@ static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 
 static void gradients_of_the_pooled_head_are_the_slope_of_the_loss(void)
 {
-	for (int trunk = 0; trunk < GNP_TRUNKS; trunk++)
+	for (int trunk = 0; trunk < GNP_TRUNK_NONE; trunk++)
 		check_gradient((enum gnp_trunk_kind)trunk, GNP_HEAD_POOLED);
 }
 
@@ -142,7 +144,7 @@ static void summaries_are_calibrated(void)
 	struct gnp_projected projected;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	size_t width = gnp_projection_summary(&a);
-	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_network_open(&a, &network, NULL) == GNP_OK);
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_network_open(&a, NULL, &network, NULL) == GNP_OK);
 	float *parameters = calloc(layout.total, sizeof *parameters);
 	network.initialize(network.state, 5, parameters);
 	CHECK(network.calibrate(network.state, &patches, 1, parameters, scratch, NULL) == GNP_OK);
@@ -226,7 +228,7 @@ static void what_cannot_be_trained_is_refused(void)
 	struct gnp_trainable network;
 	struct gnp_error error = {0};
 	architecture.width = 9;
-	CHECK(gnp_train_network_open(&architecture, &network, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_train_network_open(&architecture, NULL, &network, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "width: got 9");
 }
 
