@@ -107,6 +107,7 @@ gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, c
 		gnp_train_network_close(&network);
 		return status;
 	}
+	network.layout = &state->layout;
 	network.parameter_count = state->layout.total;
 	network.basis = state->head->basis;
 	network.calibrate = state->head->calibrate && !from ? calibrate : NULL;

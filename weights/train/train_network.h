@@ -2,7 +2,6 @@
 #ifndef GNP_WEIGHTS_TRAIN_NETWORK_H
 #define GNP_WEIGHTS_TRAIN_NETWORK_H
 
-#include "core/network/architecture.h"
 #include "weights/train/trainable.h"
 
 /* from: a file of weights of this very network, with whose parameters it begins instead of drawn ones, and nothing is

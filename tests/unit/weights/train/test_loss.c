@@ -103,9 +103,10 @@ static double cell_of(const struct problem *problem, struct gnp_jet *gradient)
 	static const struct gnp_loss_rule rule = {.lambda = {0.3, 0.2, 0.2, 0.5, 0.6, 0.7, 0.1}, .most = HUGE_VAL};
 	const struct gnp_truth *truth[POINTS];
 	struct gnp_jet unused[POINTS];
+	double values[GNP_LOSS_TERMS];
 	for (size_t i = 0; i < POINTS; i++)
 		truth[i] = &problem->truth[i];
-	return gnp_loss_cell(&rule, &problem->scale, truth, problem->jets, POINTS, gradient ? gradient : unused);
+	return gnp_loss_cell(&rule, &problem->scale, truth, problem->jets, POINTS, values, gradient ? gradient : unused);
 }
 
 static void cells_count_by_the_logarithm_of_their_error(void)
