@@ -13,7 +13,7 @@ struct options {
 };
 
 /* Taught on clouds with outliers. */
-static const char default_weights[] = "outlier_50k";
+static const char default_weights[] = "fit_outlier_50k";
 
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
@@ -156,7 +156,7 @@ static void warn_of_noise(const struct gnp_filter *filter, double alpha, struct 
 		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
 		                 "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within "
 		                 "half of alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: "
-		                 "it is noise or detail, take a larger alpha (%g) or, for noise, weights=noise_70k and alpha=1",
+		                 "it is noise or detail, take a larger alpha (%g) or, for noise, weights=fit_noise_70k and alpha=1",
 		                 dropped, under, over, cut_most,
 		                 10 * alpha);
 	else if (dropped > most)

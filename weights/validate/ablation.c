@@ -240,21 +240,27 @@ static gnp_status fix_outputs(const struct gnp_model *model, size_t points, stru
 	return gnp_ablation_mean_outputs(model, points, pool, parameters + bias->offset, error);
 }
 
+static bool has_part(const struct gnp_model *model, enum gnp_ablation_part part)
+{
+	bool trunk = part == GNP_ABLATION_REMOVED || part == GNP_ABLATION_RANDOM;
+	return part == GNP_ABLATION_NONE || (model->architecture.head == GNP_HEAD_PROJECTION &&
+	                                     !(trunk && model->architecture.trunk == GNP_TRUNK_NONE));
+}
+
 static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_part part, size_t points,
                                struct gnp_pool *pool, const char *path, struct gnp_error *error)
 {
 	size_t total = model->network->layout.total;
-	bool altered = model->architecture.head == GNP_HEAD_PROJECTION;
 	float *parameters = gnp_array_new(total, sizeof *parameters);
 	gnp_status status = GNP_OK;
 	if (!parameters)
 		return gnp_no_memory("ablation", total, "parameters", error);
 	memcpy(parameters, model->network->parameters, total * sizeof *parameters);
-	if (altered && part == GNP_ABLATION_REMOVED)
+	if (part == GNP_ABLATION_REMOVED)
 		remove_trunk(model, parameters);
-	else if (altered && part == GNP_ABLATION_RANDOM)
+	else if (part == GNP_ABLATION_RANDOM)
 		draw_trunk(model, parameters);
-	else if (altered && part == GNP_ABLATION_CONSTANT)
+	else if (part == GNP_ABLATION_CONSTANT)
 		status = fix_outputs(model, points, pool, parameters, error);
 	const struct gnp_model_source source = {.architecture = model->architecture,
 	                                        .recipe = model->recipe,
@@ -280,8 +286,9 @@ gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablatio
 	if (status != GNP_OK)
 		return status;
 	for (size_t i = 0; i < gnp_models_count(models) && status == GNP_OK; i++) {
-		path_of(folder, gnp_models_at(models, i), path);
-		status = save_altered(gnp_models_at(models, i), part, points, pool, path, error);
+		const struct gnp_model *model = gnp_models_at(models, i);
+		path_of(folder, model, path);
+		status = has_part(model, part) ? save_altered(model, part, points, pool, path, error) : GNP_OK;
 	}
 	if (status == GNP_OK)
 		status = gnp_models_load(folder, out, error);

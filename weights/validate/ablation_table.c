@@ -26,15 +26,18 @@ static struct gnp_selection rows_of_gnp(const struct gnp_selection *selection)
 static gnp_status judge_part(const struct gnp_table *whole, enum gnp_ablation_part part, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_ablation_table *out, struct gnp_error *error)
 {
-	const struct gnp_selection selection = rows_of_gnp(&whole->selection);
+	struct gnp_selection selection = rows_of_gnp(&whole->selection);
 	struct gnp_models *altered = NULL;
 	struct gnp_table table;
 	gnp_status status = gnp_ablation_models(whole->models, part, whole->protocol.points, pool, &altered, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnp_table_create(&whole->protocol, &selection, altered, &table, error);
+	gnp_selection_restrict(&selection, altered);
+	bool any = gnp_selection_count(&selection) > 0;
+	if (any)
+		status = gnp_table_create(&whole->protocol, &selection, altered, &table, error);
 	gnp_models_release(altered);
-	if (status != GNP_OK)
+	if (!any || status != GNP_OK)
 		return status;
 	status = gnp_validation_run(&table, pool, task, error);
 	if (status == GNP_OK)

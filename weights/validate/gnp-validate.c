@@ -200,8 +200,9 @@ static void restrict_plan(struct plan *plan, const struct gnp_models *models)
 	wanted.families &= ~(wanted.families - 1); /* weights serve all families alike */
 	for (bool more = gnp_selection_next(&wanted, NULL, &row); more; more = gnp_selection_next(&wanted, &row, &row))
 		if (!gnp_selection_has(&plan->selection, &row))
-			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s\"\n", method_name(row.method),
-			        regime_name(row.regime), gnp_regime_info(row.regime)->weights, gnp_method_info(row.method)->suffix);
+			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s%s\"\n", method_name(row.method),
+			        regime_name(row.regime), gnp_method_info(row.method)->before, gnp_regime_info(row.regime)->weights,
+			        gnp_method_info(row.method)->behind);
 }
 
 /* The table for a plan, still empty. */

@@ -11,7 +11,7 @@ enum gnp_method { GNP_METHOD_GNP, GNP_METHOD_POOLED, GNP_METHOD_GMLS, GNP_METHOD
 struct gnp_method_info {
 	const char *name;
 	enum gnp_estimator_kind estimator;
-	const char *suffix; /* its weights are named as the regime's, with this behind; NULL: it uses none */
+	const char *before, *behind; /* its weights are named as the regime's, with these about it; NULL: it uses none */
 };
 
 /* NULL past the last. */

@@ -343,7 +343,7 @@ static void names_of_models_are_those_of_their_files(void)
 	                                  "0123456789012345678901234567890123456789012345678901234567890123"};
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
 		CHECK(!gnp_model_name_fits(bad[i]));
-	CHECK(gnp_model_name_fits("clean_50k") && gnp_model_name_fits("0.a-B_"));
+	CHECK(gnp_model_name_fits("fit_clean_50k") && gnp_model_name_fits("0.a-B_"));
 	struct gnp_model *model = NULL;
 	struct gnp_error error = {0};
 	char path[128];

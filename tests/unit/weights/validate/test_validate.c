@@ -10,7 +10,7 @@ enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 static char folder[64];       /* of the weights */
-static struct gnp_models *models; /* the regimes' with the pooled head, and with the projection head noise_70k alone */
+static struct gnp_models *models; /* the regimes' with the pooled head, and with the projection head fit_noise_70k alone */
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
 {
@@ -281,7 +281,7 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 	struct gnp_error error = {0};
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_INVALID_ARGUMENT && !table.errors);
-	CHECK_STRING(error.text, "gnp in clean-30: weights: got \"clean_30k\", known: clean_30k_pooled, clean_50k_pooled, noise_70k, "
+	CHECK_STRING(error.text, "gnp in clean-30: weights: got \"fit_clean_30k\", known: clean_30k_pooled, clean_50k_pooled, fit_noise_70k, "
 	                         "noise_70k_pooled, outlier_50k_pooled");
 	gnp_selection_restrict(&selection, models);
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
@@ -305,7 +305,7 @@ static void learned_rows_take_their_models_k(void)
 	const struct gnp_row gnp = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
 	const struct gnp_row pooled = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_METHOD_POOLED};
 	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GMLS};
-	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "noise_70k");
+	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "fit_noise_70k");
 	CHECK_STRING(gnp_table_model(&table, &pooled)->name, "clean_30k_pooled");
 	CHECK(gnp_table_k(&table, &gnp) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
 	CHECK(!gnp_table_model(&table, &gmls) && gnp_table_k(&table, &gmls) == 70);
@@ -494,7 +494,7 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 
 /* ---- Weights: untrained, but the projection head starts as plain least squares ---- */
 
-static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
+static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "fit_noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
 enum { FILES_COUNT = sizeof FILES / sizeof FILES[0] };
 
 static void weights_path(int i, char path[128])
