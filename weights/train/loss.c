@@ -225,8 +225,9 @@ double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_sca
 	for (int t = 0; t < GNP_LOSS_TERMS; t++) {
 		double value = graded[t].value + (t == GNP_LOSS_NORMAL ? TINY * TINY : TINY);
 		values[t] = graded[t].value;
-		loss += rule->lambda[t] * log(value);
-		graded[t].factor /= value;
+		double power = pow(value, rule->power); /* 1 where the power is 0 */
+		loss += rule->lambda[t] * (rule->power > 0 ? power / rule->power : log(value));
+		graded[t].factor *= power / value;
 	}
 	for (size_t i = 0; i < count; i++)
 		add_gradient(graded, w, &jets[i], &truth[i]->jet, &gradient[i]);

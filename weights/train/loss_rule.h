@@ -1,5 +1,5 @@
 /* Reads and writes the rule of the loss as text: "height=1,normal=0.5,floor=0.1"; the names are the terms', floor,
- * focus and most. */
+ * focus, most and power. */
 #ifndef GNP_WEIGHTS_LOSS_RULE_H
 #define GNP_WEIGHTS_LOSS_RULE_H
 
