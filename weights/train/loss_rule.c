@@ -55,6 +55,6 @@ void gnp_loss_rule_print(const struct gnp_loss_rule *rule, char *text, size_t si
 	size_t used = 0;
 	text[0] = 0;
 	for (int i = 0; i < NAMES && used < size; i++)
-		if (*value_at(&copy, i) > 0)
+		if (*value_at(&copy, i) > 0 && !isinf(*value_at(&copy, i)))
 			used += (size_t)snprintf(text + used, size - used, "%s%s=%g", used ? "," : "", name_at(i), *value_at(&copy, i));
 }

@@ -8,7 +8,7 @@
 /* Sets what the text names and keeps the rest. GNP_INVALID_ARGUMENT naming the word, what for stands before it in messages. */
 gnp_status gnp_loss_rule_parse(const char *text, const char *what, struct gnp_loss_rule *rule, struct gnp_error *error);
 
-/* All of a rule but the terms left out. */
+/* All of a rule but the terms left out, and what has no limit. */
 void gnp_loss_rule_print(const struct gnp_loss_rule *rule, char *text, size_t size);
 
 #endif
