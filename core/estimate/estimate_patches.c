@@ -70,7 +70,7 @@ static double deviation(const struct gnp_patch *patch, const struct gnp_surface 
 }
 
 static void write_point(const struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit,
-                        size_t point, size_t row)
+                        const struct gnp_estimate_judgement *judgement, size_t point, size_t row)
 {
 	struct gnp_estimate *out = work->out;
 	const double *position = work->prepared->points + 3 * point;
@@ -85,21 +85,32 @@ static void write_point(const struct gnp_estimate_work *work, const struct gnp_p
 	if (out->values[GNP_DEVIATION])
 		out->values[GNP_DEVIATION][row] = deviation(patch, &fit->surface, position, u, v);
 	if (out->values[GNP_OUTLIER])
-		out->values[GNP_OUTLIER][row] = work->outlier[point];
+		out->values[GNP_OUTLIER][row] = judgement->outlier;
+	if (out->values[GNP_CREASE])
+		out->values[GNP_CREASE][row] = judgement->crease;
 	if (out->values[GNP_BOUNDARY]) {
 		gnp_patch_locate(patch, position, &u, &v);
 		out->values[GNP_BOUNDARY][row] = gnp_patch_one_sided(patch, u, v);
 	}
 }
 
-static void probe_point(const struct gnp_estimate_work *work, const struct gnp_fit *fit, size_t point)
+static void probe_point(const struct gnp_estimate_work *work, const struct gnp_fit *fit,
+                        const struct gnp_estimate_judgement *judgement, size_t point)
 {
 	struct gnp_belief_probe *probe = &work->probes[point / work->stride];
 	double u, v, *values[GNP_QUANTITY_COUNT] = {[GNP_NORMALS] = probe->normal};
 	gnp_surface_locate(&fit->surface, work->prepared->points + 3 * point, &u, &v);
 	gnp_surface_evaluate(&fit->surface, u, v, GNP_QUANTITY_BIT(GNP_NORMALS), 0, values);
 	probe->residual = fit->residual;
-	probe->outlier = work->outlier && work->outlier[point];
+	probe->outlier = judgement->outlier;
+}
+
+void gnp_estimate_write(struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit,
+                        const struct gnp_estimate_judgement *judgement, size_t point, size_t row)
+{
+	write_point(work, patch, fit, judgement, point, row);
+	if (work->probes && point == gnp_belief_sample_point(work->stride, work->prepared->count, point / work->stride))
+		probe_point(work, fit, judgement, point);
 }
 
 static void write_patch(struct gnp_estimate_work *work, size_t p, const struct gnp_patch *patch,
@@ -108,9 +119,8 @@ static void write_patch(struct gnp_estimate_work *work, size_t p, const struct g
 	const struct gnp_prepared *prepared = work->prepared;
 	for (size_t m = work->cover.start[p]; m < work->cover.start[p + 1]; m++) {
 		size_t point = work->cover.member[m];
-		write_point(work, patch, fit, point, work->chosen ? p : prepared->order[point]);
-		if (work->probes && point == gnp_belief_sample_point(work->stride, prepared->count, point / work->stride))
-			probe_point(work, fit, point);
+		const struct gnp_estimate_judgement judgement = {.outlier = work->outlier && work->outlier[point]};
+		gnp_estimate_write(work, patch, fit, &judgement, point, work->chosen ? p : prepared->order[point]);
 	}
 	if (fit->reduced)
 		atomic_fetch_add_explicit(&work->degenerate, work->cover.start[p + 1] - work->cover.start[p],

@@ -20,15 +20,17 @@ enum gnp_weight_kind { GNP_WEIGHT_QUARTIC, GNP_WEIGHT_FLAT, GNP_WEIGHT_LINEAR };
 
 struct gnp_model;
 struct gnp_models;
+struct gnp_weighted_cloud;
 
-/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the cloud
- * chooses the model, or where that is one with a projection head of the regime `outlier`, else kept. */
+/* Outliers in what a network sees. left_out: they are looked for, and are in no patch; auto: left_out where the model is one
+ * with a projection head of the regime `outlier`, else kept. Weighted models weigh every point, and it makes no difference
+ * to them. */
 enum gnp_outliers_kind { GNP_OUTLIERS_AUTO, GNP_OUTLIERS_KEPT, GNP_OUTLIERS_LEFT_OUT };
 
 /* How to fit; the fields an estimator has no use for are ignored by it. */
 struct gnp_fit_options {
 	struct gnp_basis basis;
-	const struct gnp_model *model;   /* the network; NULL: the one of models that suits the cloud */
+	const struct gnp_model *model;   /* the network; NULL: the one of models for any cloud */
 	const struct gnp_models *models; /* may be NULL: none */
 	enum gnp_outliers_kind outliers; /* of those that use a model */
 	enum gnp_weight_kind weight; /* of a point at r = |(u, v)| in [0, 1]: (1 - r)^4, 1, or 1.2 - r */
@@ -48,6 +50,7 @@ struct gnp_fit_cloud {
 	size_t count;
 	const double *points;  /* (count, 3) */
 	const double *normals; /* (count, 3) unit */
+	bool given;            /* normals are the caller's */
 	const struct gnp_neighbors *neighbors;
 };
 
@@ -89,6 +92,9 @@ struct gnp_estimator {
 	 * no point is told what holds across a gap; NULL: the cloud's, and sheets are not told apart. */
 	const double *(*normals)(const void *state);
 	gnp_fit_fn fit;
+	/* What fits go by where they find supports of their own (weighted_fit.h): then there are no patches of a rule, and what is
+	 * told of them above is not asked; NULL, also from the function: they go by patches. */
+	const struct gnp_weighted_cloud *(*weighted)(const void *state);
 };
 
 #endif

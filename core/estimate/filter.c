@@ -14,7 +14,7 @@
 
 struct gnp_filter_options gnp_filter_defaults(void)
 {
-	return (struct gnp_filter_options){.estimate = gnp_estimate_defaults(), .alpha = 0.1, .consensus = true, .gross = 3, .cluster = 50,
+	return (struct gnp_filter_options){.estimate = gnp_estimate_defaults(), .alpha = 0, .consensus = true, .gross = 3, .cluster = 50,
 	                                   .project = false, .iterations = 1, .tolerance = 1e-3};
 }
 
@@ -38,7 +38,7 @@ void gnp_filter_clear(struct gnp_filter *filter)
 
 static gnp_status check_options(const struct gnp_filter_options *options, struct gnp_error *error)
 {
-	gnp_status status = gnp_check_above("alpha", options->alpha, 0, 1e100, error);
+	gnp_status status = gnp_check_number("alpha", options->alpha, 0, 1e100, error);
 	if (status != GNP_OK)
 		return status;
 	if (options->gross != 0 && !(options->gross >= 1 && options->gross <= 1e6))
@@ -52,7 +52,8 @@ static gnp_status check_options(const struct gnp_filter_options *options, struct
 
 static size_t least_points(const struct gnp_filter_options *options)
 {
-	return options->estimate.model ? options->estimate.model->recipe.k : (size_t)options->estimate.k;
+	const struct gnp_model *model = options->estimate.model;
+	return model && model->recipe.k ? model->recipe.k : (size_t)options->estimate.k;
 }
 
 /* ---- The filter under way ---- */
@@ -189,7 +190,7 @@ static gnp_status judge(struct run *run, struct view *view, struct gnp_error *er
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		view->outlier[prepared->order[i]] = judged ? judged[prepared->order[i]] > 0 : sorted[i];
 	free(sorted);
-	return status == GNP_OK ? gnp_pool_run(run->pool, run->task, count, 512, turned_chunk, view, error) : status;
+	return status == GNP_OK && !judged ? gnp_pool_run(run->pool, run->task, count, 512, turned_chunk, view, error) : status;
 }
 
 /* The root of the mean area a point stands for. */
@@ -218,7 +219,7 @@ static void apply_rule(struct run *run, const struct view *view, unsigned char *
 	struct gnp_filter *r = &run->result;
 	for (size_t i = 0; i < r->kept; i++) {
 		double deviation = finite_deviation(view->found.values[GNP_DEVIATION][i]);
-		bool near = deviation <= run->options->alpha, judged = view->outlier && view->outlier[i];
+		bool near = run->options->alpha == 0 || deviation <= run->options->alpha, judged = view->outlier && view->outlier[i];
 		r->deviation[r->index[i]] = deviation;
 		r->keep[r->index[i]] = mask[i] = near && !judged;
 		r->dropped_deviation += !near;
@@ -271,7 +272,7 @@ static gnp_status apply(struct run *run, struct view *view, unsigned char *mask,
 		r->iterations = 1;
 	}
 	compact(run, mask);
-	return check_left(run, "alpha", error);
+	return check_left(run, run->options->alpha > 0 ? "alpha" : "consensus", error);
 }
 
 static gnp_status drop_outliers(struct run *run, double *spacing, struct gnp_error *error)

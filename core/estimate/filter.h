@@ -1,9 +1,13 @@
 /* The operation filter: finds the points of a cloud that do not lie on the surface the others agree on, and gives the
  * cloud without them.
  *
- * The paper's rule: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there, in
- * the patch's scaled height (patch.h), and what exceeds alpha is dropped. Kept points may then be moved onto the
- * fitted surface.
+ * By default a point is dropped that its own neighbourhood says is none of the surface: by the network that weighs
+ * supports (weighted_fit.h), or, for estimators that do not judge, by the consensus of overlapping robust fits (outliers.h).
+ * Both go by what the neighbourhood's own noise is, so that a noisy cloud keeps its points.
+ *
+ * The paper's rule, by alpha: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there,
+ * in the patch's scaled height (patch.h), and what exceeds alpha is dropped, noise and detail with it. Kept points may then
+ * be moved onto the fitted surface.
  *
  * An isolated point's own normal may be anything; where it turns from all its neighbours', its patch is made of it
  * alone and it deviates from nothing: consensus, which asks the patches of others, finds it. A point far from all
@@ -21,8 +25,8 @@
 
 struct gnp_filter_options {
 	struct gnp_estimate_options estimate; /* which surfaces; its quantities are ignored */
-	double alpha;      /* > 0: the largest deviation that is kept */
-	bool consensus;    /* also drop what does not lie on the surface its neighbours agree on (outliers.h), however little it is off */
+	double alpha;      /* 0: no limit; > 0: the largest deviation that is kept */
+	bool consensus;    /* drop what does not lie on the surface its neighbours agree on */
 	double gross;      /* 0: no pre-filter (isolated.h); else >= 1: points are linked that are this many local spacings apart or less ... */
 	int cluster;       /* ... and what hangs together in fewer points than this is dropped first; 1..1e6 */
 	bool project;      /* move kept points onto the surface along the patch's normal */
@@ -30,7 +34,7 @@ struct gnp_filter_options {
 	double tolerance;  /* projection stops when the root mean square move is at most this many mean spacings; >= 0 */
 };
 
-/* The paper's alpha, 0.1, with consensus; gross 3 and cluster 50; no projection (1 iteration, tolerance 1e-3). */
+/* Consensus, no limit alpha; gross 3 and cluster 50; no projection (1 iteration, tolerance 1e-3). */
 struct gnp_filter_options gnp_filter_defaults(void);
 
 /* Why projection ended. */

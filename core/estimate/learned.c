@@ -5,19 +5,16 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/estimate/noise.h"
 #include "core/estimate/outliers.h"
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
+#include "core/estimate/weighted_fit.h"
 #include "core/model/models.h"
 #include "core/network/pooled.h"
 
-/* Least share of outliers that is taken for more than chance, and the noise, in units of epsilon, beyond which clean
- * models are not the better ones. */
-static const double OUTLIERS_MANY = 1e-3, NOISE_MUCH = 7e-4;
-
 enum {
 	POINTS_A_SERVED = 60, /* of a support, for each point its patch may serve as well as that point's own would */
+	LEAST_POINTS = 12,    /* of a cloud for weighted models */
 	BATCH = 16            /* patches the projection head sees at a time */
 };
 
@@ -26,7 +23,9 @@ struct state {
 	size_t count;
 	bool judged;            /* outliers were looked for; else none are marked */
 	unsigned char *outlier; /* (count) */
-	double *normals;        /* (count, 3) of the sheet each point belongs to */
+	double *normals;        /* (count, 3) of the sheet each point belongs to; NULL of weighted models */
+	struct gnp_roughness roughness; /* of weighted models */
+	struct gnp_weighted_cloud weighted;
 };
 
 static bool is_projection(const struct state *state)
@@ -34,34 +33,26 @@ static bool is_projection(const struct state *state)
 	return state->model->architecture.head == GNP_HEAD_PROJECTION;
 }
 
-/* ---- Which model ---- */
-
-/* Projection heads before pooled ones, then the narrowest patches, whose frames bend with the surface. */
-static bool suits_better(const struct gnp_model *model, const struct gnp_model *than)
+static bool is_weighted(const struct state *state)
 {
-	if (!than || model->architecture.head != than->architecture.head)
-		return !than || model->architecture.head == GNP_HEAD_PROJECTION;
-	return model->recipe.k < than->recipe.k;
+	return state->model->architecture.head == GNP_HEAD_WEIGHTED;
 }
 
-static gnp_status choose_model(const struct gnp_models *models, const char *regime, const struct gnp_model **out,
-                               struct gnp_error *error)
+/* The model for any cloud: the first by name that weighs nodes. */
+static gnp_status choose_model(const struct gnp_models *models, const struct gnp_model **out, struct gnp_error *error)
 {
-	const struct gnp_model *best = NULL;
-	for (size_t i = 0; i < gnp_models_count(models); i++) {
-		const struct gnp_model *model = gnp_models_at(models, i);
-		if (strcmp(model->regime, regime) == 0 && suits_better(model, best))
-			best = model;
-	}
-	if (!best && gnp_models_count(models) == 0)
+	size_t count = gnp_models_count(models);
+	for (size_t i = 0; i < count; i++)
+		if (gnp_models_at(models, i)->architecture.head == GNP_HEAD_WEIGHTED) {
+			*out = gnp_models_at(models, i);
+			return GNP_OK;
+		}
+	if (count == 0)
 		return gnp_error_set(error, GNP_UNAVAILABLE,
 		                     "weights: none are loaded, the estimator gnp needs some; estimator=gmls and estimator=adaptive need none");
-	if (!best)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "weights: got auto, none of the %zu models is of the regime %s",
-		                     gnp_models_count(models), regime);
-	*out = best;
-	return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "weights: got auto, none of the %zu models is for any cloud (head %s); name one of them", count,
+	                     gnp_head_name(GNP_HEAD_WEIGHTED));
 }
 
 static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
@@ -69,24 +60,6 @@ static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_po
 {
 	state->judged = true;
 	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
-}
-
-/* Looks at the cloud. The outliers found stay out of patches whichever model it is, unless they are to be kept. */
-static gnp_status choose_by_cloud(const struct gnp_fit_cloud *cloud, const struct gnp_models *models,
-                                  struct gnp_pool *pool, struct gnp_task *task, struct state *state,
-                                  struct gnp_error *error)
-{
-	double noise = 0;
-	size_t outliers = 0;
-	gnp_status status = find_outliers(cloud, pool, task, state, error);
-	if (status == GNP_OK)
-		status = gnp_noise_measure(cloud, state->outlier, pool, task, &noise, error);
-	if (status != GNP_OK)
-		return status;
-	for (size_t i = 0; i < cloud->count; i++)
-		outliers += state->outlier[i];
-	bool many = (double)outliers > OUTLIERS_MANY * (double)cloud->count;
-	return choose_model(models, noise > NOISE_MUCH ? "noise" : many ? "outlier" : "clean", &state->model, error);
 }
 
 /* ---- The estimator's hooks ---- */
@@ -98,6 +71,7 @@ void gnp_learned_release(void *pointer)
 		return;
 	free(state->outlier);
 	free(state->normals);
+	gnp_roughness_clear(&state->roughness);
 	free(state);
 }
 
@@ -107,31 +81,38 @@ static bool looks_for_outliers(const struct state *state, enum gnp_outliers_kind
 	       (outliers == GNP_OUTLIERS_AUTO && is_projection(state) && strcmp(state->model->regime, "outlier") == 0);
 }
 
-static void keep_outliers(struct state *state)
+static gnp_status prepare_weighted(struct state *state, const struct gnp_fit_cloud *cloud, struct gnp_pool *pool,
+                                   struct gnp_task *task, struct gnp_error *error)
 {
-	memset(state->outlier, 0, state->count);
-	state->judged = false;
+	state->weighted = (struct gnp_weighted_cloud){
+		.count = cloud->count, .network = state->model->network,
+		.points = {cloud->points, cloud->normals, cloud->given, cloud->neighbors, &state->roughness}};
+	return gnp_roughness_measure(cloud->neighbors, pool, task, &state->roughness, error);
+}
+
+static gnp_status prepare_patched(struct state *state, const struct gnp_fit_cloud *cloud, enum gnp_outliers_kind outliers,
+                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	gnp_status status = GNP_OK;
+	state->outlier = gnp_array_zero(cloud->count, 1);
+	state->normals = gnp_array_new(cloud->count, 3 * sizeof *state->normals);
+	if (!state->outlier || !state->normals)
+		return gnp_no_memory("gnp", cloud->count, "points", error);
+	if (looks_for_outliers(state, outliers))
+		status = find_outliers(cloud, pool, task, state, error);
+	return status == GNP_OK ? gnp_sheets_normals(cloud, state->outlier, pool, task, state->normals, error) : status;
 }
 
 static gnp_status prepare(struct state *state, const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
-	gnp_status status = GNP_OK;
 	state->count = cloud->count;
 	state->model = options->model;
-	state->outlier = gnp_array_zero(cloud->count, 1);
-	state->normals = gnp_array_new(cloud->count, 3 * sizeof *state->normals);
-	if (!state->outlier || !state->normals)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "gnp: no memory for %zu points", cloud->count);
-	if (!state->model && gnp_models_count(options->models) == 0)
-		status = choose_model(options->models, "clean", &state->model, error);
-	else if (!state->model)
-		status = choose_by_cloud(cloud, options->models, pool, task, state, error);
-	else if (looks_for_outliers(state, options->outliers))
-		status = find_outliers(cloud, pool, task, state, error);
-	if (options->outliers == GNP_OUTLIERS_KEPT)
-		keep_outliers(state);
-	return status == GNP_OK ? gnp_sheets_normals(cloud, state->outlier, pool, task, state->normals, error) : status;
+	gnp_status status = state->model ? GNP_OK : choose_model(options->models, &state->model, error);
+	if (status != GNP_OK)
+		return status;
+	return is_weighted(state) ? prepare_weighted(state, cloud, pool, task, error)
+	                          : prepare_patched(state, cloud, options->outliers, pool, task, error);
 }
 
 gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,
@@ -167,6 +148,10 @@ void gnp_learned_rule(const void *pointer, struct gnp_patch_rule *rule)
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, legendre = {GNP_BASIS_TENSOR, 3};
 	/* The pooled head is trained on the whole patch. */
 	size_t third = recipe->k / 3, middle = is_projection(state) ? support(state) / 6 : 2 * third;
+	if (is_weighted(state)) {
+		*rule = (struct gnp_patch_rule){.k = LEAST_POINTS, .served = 1, .buffer = 1, .basis = taylor};
+		return;
+	}
 	*rule = (struct gnp_patch_rule){recipe->k,      middle > third ? middle : third, recipe->buffer, recipe->delta0_ratio,
 	                                recipe->delta0, recipe->height_scale,            is_projection(state) ? taylor : legendre};
 }
@@ -189,6 +174,12 @@ const unsigned char *gnp_learned_outliers(const void *pointer)
 {
 	const struct state *state = pointer;
 	return state->judged ? state->outlier : NULL;
+}
+
+const struct gnp_weighted_cloud *gnp_learned_weighted(const void *pointer)
+{
+	const struct state *state = pointer;
+	return is_weighted(state) ? &state->weighted : NULL;
 }
 
 const double *gnp_learned_normals(const void *pointer)

@@ -4,8 +4,8 @@
  * Models with the pooled head are the paper's networks: a patch's coordinates in, 16 Legendre coefficients out. Models
  * with the projection head (projection.h) also see the residuals of first fits; outliers are found first (outliers.h)
  * for models of the regime `outlier`, or where they are to be left out, and no point is told what lies on another
- * sheet. Where no model is named, the cloud is looked at: with outliers or noise (noise.h) it gets the models of those
- * regimes, else those of the regime `clean`. */
+ * sheet. Models with the weighted head are for any cloud (weighted_fit.h); one of them is taken where no model is
+ * named. */
 #ifndef GNP_CORE_LEARNED_H
 #define GNP_CORE_LEARNED_H
 
@@ -21,6 +21,7 @@ size_t gnp_learned_reach(const void *state, uint32_t point);
 size_t gnp_learned_served(const void *state, uint32_t point);
 const unsigned char *gnp_learned_outliers(const void *state);
 const double *gnp_learned_normals(const void *state);
+const struct gnp_weighted_cloud *gnp_learned_weighted(const void *state);
 gnp_status gnp_learned_fit(const struct gnp_fit_options *options, const void *state, const struct gnp_patch *patches,
                            size_t count, struct gnp_fit *fits, struct gnp_scratch *scratch, struct gnp_error *error);
 

@@ -74,5 +74,6 @@ gnp_status gnp_projected_backward(const struct gnp_network *network, const struc
 		gnp_projection_solve_backward(&projected->sums[p], projected->outputs + p * outputs, &projected->fits[p],
 		                              dcoefficients + p * GNP_TAYLOR_SIZE, doutputs + p * outputs);
 	gnp_status status = gnp_projection_head_backward(network, &projected->head, doutputs, gradient, dmean, scratch, error);
-	return status == GNP_OK ? gnp_trunk_backward(network, projected->trunk, dmean, gradient, scratch, error) : status;
+	return status == GNP_OK ? gnp_trunk_backward(network, projected->trunk, dmean, NULL, gradient, scratch, error)
+	                        : status;
 }

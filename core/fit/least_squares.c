@@ -38,6 +38,21 @@ GNP_INLINE void moment_body(const double *phi, const double *weight, const doubl
 	}
 }
 
+GNP_INLINE void residuals_body(const double *phi, const double *y, size_t count, size_t stride, const double *c,
+                               double *residual)
+{
+	for (size_t i = 0; i < count; i++) {
+		gnp_v8 sum = {0};
+		for (size_t k = 0; k < stride; k += GNP_SIMD_WIDTH)
+			sum += *(const gnp_v8u *)(phi + i * stride + k) * *(const gnp_v8u *)(c + k);
+		residual[i] = y[i] - (((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7])));
+	}
+}
+
+GNP_SIMD_DISPATCH(, gnp_residuals, residuals_body,
+                  (const double *phi, const double *y, size_t count, size_t stride, const double *c, double *residual),
+                  (phi, y, count, stride, c, residual))
+
 /* 32 vector registers. */
 GNP_INLINE void normal_equations_wide(const double *phi, const double *weight, const double *y, size_t count,
                                       size_t stride, double *gram, double *moment)

@@ -16,6 +16,9 @@
 void gnp_normal_equations(const double *phi, const double *weight, const double *y, size_t count, size_t stride,
                           double *gram, double *moment);
 
+/* residual (count) = y - phi c: what a fit leaves. c (stride), zero past the columns in use. */
+void gnp_residuals(const double *phi, const double *y, size_t count, size_t stride, const double *c, double *residual);
+
 /* Factors gram (size, stride) in place, A = U^T U; the diagonal then holds the inverses of U's. False when a pivot falls to
  * smallest_pivot of its diagonal entry or below: then gram is spoilt. Entries below the diagonal are undefined after. */
 bool gnp_cholesky_factor(double *gram, size_t size, size_t stride, double smallest_pivot);

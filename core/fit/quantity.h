@@ -37,8 +37,9 @@
 	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")         \
 	X(GNP_MEAN_CURVATURE_STDERR, "mean_curvature_stderr", 0, 1, 1, 1, "standard error of H [1/length]")                   \
 	X(GNP_PRINCIPAL_CURVATURES_STDERR, "principal_curvatures_stderr", 1, 2, 1, 2, "standard errors of k1, k2 [1/length]") \
-	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface (adaptive; gnp where it leaves outliers out)")                    \
-	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary")
+	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface (adaptive; gnp with weights auto or any, or where it leaves outliers out)")                    \
+	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary") \
+	X(GNP_CREASE, "crease", 0, 1, 1, 1, "1 where the point is within about a spacing of an edge between smooth pieces, a rim or a tip (gnp with weights auto or any)")
 
 enum gnp_quantity {
 #define GNP_QUANTITY_ENUM(id, name, rank, rows, columns, width, help) id,

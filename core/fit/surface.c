@@ -171,14 +171,13 @@ static void jet_covariance(const struct gnp_surface *surface, double u, double v
 	double rows[6 * GNP_TAYLOR_STRIDE];
 	gnp_taylor_jets(surface->basis.degree, u, v, GNP_TAYLOR_STRIDE, rows);
 	gnp_regression_covariance(surface->factor, rows, covariance);
-	/* The posterior takes its prior for certain. It is itself an estimate, and second derivatives feel it most: with this
-	 * factor, on noisy shapes of known geometry, nine tenths or more of the true errors lie within two standard errors (tests/unit/core/estimate/test_adaptive.c). */
-	static const double prior_doubt = 1.1;
-	double value = surface->scale_w, first = value / surface->scale_xy, second = prior_doubt * first / surface->scale_xy;
-	const double unit[6] = {value, first, first, second, second, second};
+	const double value = surface->scale_w, first = value / surface->scale_xy, second = first / surface->scale_xy;
+	const double *d = surface->doubt;
+	const double unit[6] = {value * sqrt(d[0]),  first * sqrt(d[1]),  first * sqrt(d[1]),
+	                        second * sqrt(d[2]), second * sqrt(d[2]), second * sqrt(d[2])};
 	for (int i = 0; i < 6; i++)
 		for (int j = 0; j < 6; j++)
-			covariance[6 * i + j] *= surface->doubt * surface->variance * unit[i] * unit[j];
+			covariance[6 * i + j] *= surface->variance * unit[i] * unit[j];
 }
 
 /* Standard error of a quantity with this gradient by (h, h_u, h_v, h_uu, h_uv, h_vv), to first order. */
@@ -203,7 +202,7 @@ static void curvatures(const struct gnp_jet *h, double *gaussian, double *mean)
 static void slide(const struct gnp_surface *surface, double u, double v, double *gaussian, double *mean)
 {
 	static const double step = 0.02;
-	double noise = sqrt(surface->variance) * surface->scale_w / (2 * step * surface->scale_xy), K[4], H[4];
+	double noise = surface->noise / (2 * step * surface->scale_xy), K[4], H[4];
 	const double at[4][2] = {{u + step, v}, {u - step, v}, {u, v + step}, {u, v - step}};
 	for (int i = 0; i < 4; i++) {
 		struct gnp_jet h = gnp_surface_jet(surface, at[i][0], at[i][1]);
@@ -218,7 +217,7 @@ static void write_errors(const struct gnp_surface *surface, double u, double v, 
 {
 	const struct gnp_jet *h = &f->h;
 	double c[36], det = f->determinant, cube = det * f->root, K, H, slide_K, slide_H, k[2], d[2][2], *out;
-	double noise = sqrt(surface->variance) * surface->scale_w;
+	double noise = surface->noise;
 	jet_covariance(surface, u, v, c);
 	curvatures(h, &K, &H);
 	slide(surface, u, v, &slide_K, &slide_H);

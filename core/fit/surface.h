@@ -20,7 +20,8 @@ struct gnp_surface {
 	/* With error bars (Taylor basis only): the factor of regression.h and the noise variance in units of scale_w^2. */
 	const double *factor; /* NULL without */
 	double variance;
-	double doubt; /* factor of the posterior's covariance for what the model cannot express, >= 1 */
+	double doubt[3]; /* factors of the posterior's variances of height, slopes and second derivatives for what the model cannot express */
+	double noise;    /* standard deviation of the point's own place along the surface [length]; 0: doubt has it */
 };
 
 /* Scaled in-plane coordinates of a point in space. */

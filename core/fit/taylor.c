@@ -40,6 +40,39 @@ GNP_SIMD_DISPATCH(, gnp_taylor_rows, rows_choose,
                   (unsigned degree, const double *u, const double *v, size_t count, size_t stride, double *rows),
                   (degree, u, v, count, stride, rows))
 
+/* A lane is a set. The constant is 1 at absent points too: it is not summed. */
+GNP_INLINE void means_body(const double *u, const double *v, size_t many, const double *share, size_t sets,
+                           double *rows)
+{
+	gnp_v8 sum[GNP_TAYLOR_SIZE] = {{0}}, row[GNP_TAYLOR_SIZE];
+	row[0] = (gnp_v8){1, 1, 1, 1, 1, 1, 1, 1};
+	for (size_t i = 0; i < many; i++) {
+		gnp_v8 x = *(const gnp_v8u *)(u + GNP_SIMD_WIDTH * i), y = *(const gnp_v8u *)(v + GNP_SIMD_WIDTH * i);
+		size_t n = 1;
+#pragma GCC unroll 8
+		for (size_t d = 1; d <= GNP_TAYLOR_DEGREE; d++) {
+#pragma GCC unroll 8
+			for (size_t b = 0; b < d; b++)
+				row[n + b] = x * row[n - d + b];
+			row[n + d] = y * row[n - 1];
+			n += d + 1;
+		}
+		for (n = 1; n < GNP_TAYLOR_SIZE; n++)
+			sum[n] += row[n];
+	}
+	for (size_t s = 0; s < sets; s++, rows += GNP_TAYLOR_STRIDE) {
+		rows[0] = 1;
+		for (size_t n = 1; n < GNP_TAYLOR_SIZE; n++)
+			rows[n] = sum[n][s] * share[s];
+		for (size_t n = GNP_TAYLOR_SIZE; n < GNP_TAYLOR_STRIDE; n++)
+			rows[n] = 0;
+	}
+}
+
+GNP_SIMD_DISPATCH(, gnp_taylor_means, means_body,
+                  (const double *u, const double *v, size_t many, const double *share, size_t sets, double *rows),
+                  (u, v, many, share, sets, rows))
+
 void gnp_taylor_indices(double *factor, unsigned *order)
 {
 	static const double factorial[] = {1, 1, 2, 6, 24, 120, 720, 5040};

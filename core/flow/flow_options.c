@@ -15,7 +15,8 @@ struct gnp_flow_options gnp_flow_defaults(void)
 
 size_t gnp_flow_least_points(const struct gnp_flow_options *options)
 {
-	size_t k = options->estimate.model ? options->estimate.model->recipe.k : (size_t)options->estimate.k;
+	const struct gnp_model *model = options->estimate.model;
+	size_t k = model && model->recipe.k ? model->recipe.k : (size_t)options->estimate.k;
 	return k > GNP_CELL_NEIGHBORS + 1 ? k : GNP_CELL_NEIGHBORS + 1;
 }
 

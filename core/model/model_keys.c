@@ -9,7 +9,10 @@
 enum kind { CHOICE, COUNT, NUMBER, TEXT, SHELLS };
 
 /* Files that must have a key: those of these heads, or those of any with a trunk, or none. */
-enum { POOLED = 1 << GNP_HEAD_POOLED, PROJECTION = 1 << GNP_HEAD_PROJECTION, EVERY = POOLED | PROJECTION, OPTIONAL = 0 };
+enum {
+	POOLED = 1 << GNP_HEAD_POOLED, PROJECTION = 1 << GNP_HEAD_PROJECTION, WEIGHTED = 1 << GNP_HEAD_WEIGHTED,
+	PATCHED = POOLED | PROJECTION, EVERY = PATCHED | WEIGHTED, OPTIONAL = 0
+};
 enum { TRUNK = 1 << GNP_HEADS };
 
 struct key {
@@ -53,11 +56,13 @@ static const struct key keys[] = {
 	{"quadrature", COUNT, ARCHITECTURE(quadrature), TRUNK, 1, UINT_MAX, NULL},
 	{"head_width", COUNT, ARCHITECTURE(head_width), EVERY, 1, UINT_MAX, NULL},
 	{"outputs", COUNT, ARCHITECTURE(outputs), EVERY, 1, UINT_MAX, NULL},
+	{"node_width", COUNT, ARCHITECTURE(node_width), WEIGHTED, 1, UINT_MAX, NULL},
+	{"frame_width", COUNT, ARCHITECTURE(frame_width), WEIGHTED, 1, UINT_MAX, NULL},
 	{"shells", SHELLS, 0, PROJECTION, 1, UINT_MAX, NULL},
 	{"ridge", NUMBER, ARCHITECTURE(ridge), PROJECTION, 1e-15, 1, NULL},
-	{"k", COUNT, RECIPE(k), EVERY, 12, 500, NULL},
-	{"buffer", NUMBER, RECIPE(buffer), EVERY, 1, 4, NULL},
-	{"height_scale", NUMBER, RECIPE(height_scale), EVERY, 0.01, 100, NULL},
+	{"k", COUNT, RECIPE(k), PATCHED, 12, 500, NULL},
+	{"buffer", NUMBER, RECIPE(buffer), PATCHED, 1, 4, NULL},
+	{"height_scale", NUMBER, RECIPE(height_scale), PATCHED, 0.01, 100, NULL},
 	{"delta0_ratio", NUMBER, RECIPE(delta0_ratio), OPTIONAL, 1e-6, 100, NULL},
 	{"delta0", NUMBER, RECIPE(delta0), OPTIONAL, 1e-12, 1e12, NULL},
 	{"regime", TEXT, offsetof(struct gnp_model_description, regime), EVERY, 0, 0, NULL},
@@ -183,6 +188,15 @@ bool gnp_model_key_known(const char *name)
 	return false;
 }
 
+/* Models of patches need one of the two, others none: what is wrong, or NULL. */
+static const char *delta0_fault(const struct gnp_model_description *description)
+{
+	static const char *const faults[2][3] = {{NULL, "got one, need none of them", "got both, need none of them"},
+	                                         {"got none, need one of them", NULL, "got both, need one of them"}};
+	int have = (description->recipe.delta0 > 0) + (description->recipe.delta0_ratio > 0);
+	return faults[(PATCHED & 1u << description->architecture.head) != 0][have];
+}
+
 gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_model_description *out,
                                struct gnp_error *error)
 {
@@ -195,11 +209,8 @@ gnp_status gnp_model_keys_read(const struct gnp_safetensors *file, struct gnp_mo
 		if (!gnp_model_key_known(entry->key))
 			status = gnp_safetensors_refuse(file, error,
 			                                "metadata \"%.64s\": unknown key, need one of weights/README.md", entry->key);
-	if (status == GNP_OK && (out->recipe.delta0 > 0) == (out->recipe.delta0_ratio > 0))
-		status = gnp_safetensors_refuse(file, error,
-		                                "metadata \"delta0\" and \"delta0_ratio\": got %s, need one of them",
-		                            out->recipe.delta0 > 0 ? "both" : "none");
-	return status;
+	const char *fault = status == GNP_OK ? delta0_fault(out) : NULL;
+	return fault ? gnp_safetensors_refuse(file, error, "metadata \"delta0\" and \"delta0_ratio\": %s", fault) : status;
 }
 
 /* ---- To metadata ---- */
@@ -248,7 +259,11 @@ gnp_status gnp_model_keys_write(const char *path, const struct gnp_model_descrip
                                 size_t *count, struct gnp_error *error)
 {
 	struct gnp_model_description unused;
+	const char *fault = delta0_fault(description);
 	size_t made = 0;
+	if (fault)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%.120s: metadata \"delta0\" and \"delta0_ratio\": %s", path,
+		                     fault);
 	for (size_t i = 0; i < KEYS; i++) {
 		struct gnp_safetensors_metadata *entry = &metadata[made];
 		if (!write_value(&keys[i], description, buffers[i], &entry->value))

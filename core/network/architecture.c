@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "core/fit/taylor.h"
+#include "core/support/weighted_projection.h"
 
 const char *gnp_trunk_name(enum gnp_trunk_kind kind)
 {
@@ -14,18 +15,20 @@ const char *gnp_trunk_name(enum gnp_trunk_kind kind)
 
 const char *gnp_head_name(enum gnp_head_kind kind)
 {
-	static const char *const names[GNP_HEADS] = {"pooled", "projection"};
+	static const char *const names[GNP_HEADS] = {"pooled", "projection", "weighted"};
 	return (unsigned)kind < GNP_HEADS ? names[kind] : NULL;
 }
 
 size_t gnp_projection_summary(const struct gnp_architecture *architecture)
 {
-	return (size_t)architecture->shells * (1 + GNP_TAYLOR_DEGREE);
+	return architecture->head == GNP_HEAD_WEIGHTED ? (size_t)GNP_SUPPORT_SUMMARY
+	                                               : (size_t)architecture->shells * (1 + GNP_TAYLOR_DEGREE);
 }
 
 size_t gnp_projection_outputs(const struct gnp_architecture *architecture)
 {
-	return (size_t)architecture->shells + 1 + GNP_TAYLOR_DEGREE;
+	return architecture->head == GNP_HEAD_WEIGHTED ? (size_t)GNP_WEIGHTED_OUTPUTS
+	                                               : (size_t)architecture->shells + 1 + GNP_TAYLOR_DEGREE;
 }
 
 size_t gnp_projection_reach(const struct gnp_architecture *architecture)
@@ -47,22 +50,25 @@ static gnp_status check_shells(const struct gnp_architecture *a, struct gnp_erro
 
 static gnp_status check(const struct gnp_architecture *a, struct gnp_error *error)
 {
-	unsigned projection = a->head == GNP_HEAD_PROJECTION, outputs = (unsigned)gnp_projection_outputs(a);
+	unsigned projection = a->head == GNP_HEAD_PROJECTION, weighted = a->head == GNP_HEAD_WEIGHTED;
+	unsigned outputs = a->head == GNP_HEAD_POOLED ? 16 : (unsigned)gnp_projection_outputs(a);
 	unsigned trunk = a->trunk != GNP_TRUNK_NONE;
 	const struct {
 		const char *name;
 		unsigned value, low, high;
 	} rows[] = {{"trunk", (unsigned)a->trunk, 0, GNP_TRUNKS - 1},
 	            {"head", (unsigned)a->head, 0, GNP_HEADS - 1},
-	            {"features", a->features, 3 * trunk, 8 * trunk},
+	            {"features", a->features, weighted ? GNP_SUPPORT_FEATURES : 3 * trunk, weighted ? GNP_SUPPORT_FEATURES : 16 * trunk},
 	            {"width", a->width, 4 * trunk, 256 * trunk},
 	            {"channels", a->channels, trunk, a->width},
 	            {"neurons", a->neurons, 4 * trunk, 1024 * trunk},
 	            {"layers", a->layers, trunk, GNP_LAYERS_MAX * trunk},
 	            {"quadrature", a->quadrature, 4 * trunk, GNP_QUADRATURE_MAX * trunk},
 	            {"head_width", a->head_width, 4, 1024},
+	            {"node_width", a->node_width, weighted ? 4 : 0, weighted ? 1024 : 0},
+	            {"frame_width", a->frame_width, weighted ? 4 : 0, weighted ? 1024 : 0},
 	            {"shells", a->shells, projection, projection ? GNP_SHELLS_MAX : 0},
-	            {"outputs", a->outputs, projection ? outputs : 16, projection ? outputs : 16}};
+	            {"outputs", a->outputs, outputs, outputs}};
 	for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
 		if (rows[i].value < rows[i].low || rows[i].value > rows[i].high)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %u, need %u..%u", rows[i].name, rows[i].value,
@@ -72,6 +78,9 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 	if (trunk && a->width % a->channels)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "width: got %u, need a multiple of the %u channels", a->width,
 		                     a->channels);
+	if (weighted && a->trunk != GNP_TRUNK_SEPARABLE)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "trunk: got %s, the head weighted needs %s",
+		                     gnp_trunk_name(a->trunk), gnp_trunk_name(GNP_TRUNK_SEPARABLE));
 	if (projection && !(a->ridge >= 1e-15 && a->ridge <= 1))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "ridge: got %g, need 1e-15..1", a->ridge);
 	if (projection && trunk && a->features < 4)
@@ -136,6 +145,18 @@ static void add_separable(const struct gnp_architecture *a, struct gnp_layout *l
 	}
 }
 
+/* What weighs nodes and chooses frames. */
+static void add_weighting(const struct gnp_architecture *a, struct gnp_layout *layout)
+{
+	add(layout, a->node_width, a->width + a->features, 2, "node.0.weight");
+	add_linear(layout, "node.context", a->node_width, a->head_width);
+	add_linear(layout, "node.2", 1, a->node_width);
+	add(layout, GNP_LADDER_LOOKS, 1, 1, "frame.mean");
+	add(layout, GNP_LADDER_LOOKS, 1, 1, "frame.deviation");
+	add_linear(layout, "frame.0", a->frame_width, GNP_LADDER_LOOKS);
+	add_linear(layout, "frame.2", GNP_LADDER_STEPS, a->frame_width);
+}
+
 static void add_head(const struct gnp_architecture *a, struct gnp_layout *layout)
 {
 	if (a->head == GNP_HEAD_POOLED) {
@@ -152,6 +173,8 @@ static void add_head(const struct gnp_architecture *a, struct gnp_layout *layout
 	add_linear(layout, "head.0", a->head_width, a->width + gnp_projection_summary(a));
 	add_linear(layout, "head.2", a->head_width, a->head_width);
 	add_linear(layout, "head.4", a->outputs, a->head_width);
+	if (a->head == GNP_HEAD_WEIGHTED)
+		add_weighting(a, layout);
 }
 
 gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, struct gnp_layout *layout,

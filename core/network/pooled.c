@@ -70,7 +70,7 @@ gnp_status gnp_pooled_backward(const struct gnp_network *network, const struct g
 	gnp_relu_backward(patches * a->head_width, tape->hidden, dhidden);
 	gnp_dense_backward(patches, a->width, a->head_width, tape->mean, a->width, parameters + head.first->offset, a->width, dhidden,
 	                   dmean, gradient + head.first->offset, gradient + head.first[1].offset);
-	gnp_status status = gnp_trunk_backward(network, tape->trunk, dmean, gradient, scratch, error);
+	gnp_status status = gnp_trunk_backward(network, tape->trunk, dmean, NULL, gradient, scratch, error);
 	gnp_scratch_release(scratch, mark);
 	return status;
 }

@@ -183,8 +183,10 @@ static bool forward(const struct gnp_trunk_pass *pass, const struct gnp_network_
 	return last_layer(pass, mean);
 }
 
-gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
-                             const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+/* nodes and tape: NULL where they are not wanted. */
+static gnp_status run(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
+                      float *nodes, const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch,
+                      struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, gnp_scratch_take(scratch, 1, sizeof *pass.tape), NULL, scratch};
@@ -192,11 +194,31 @@ gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp
 	if (!pass.tape || (!none && !forward(&pass, batch, tape != NULL, mean)))
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
 		                     "operator: no memory for %zu nodes", batch->start[batch->patches]);
+	if (nodes)
+		memcpy(nodes, gnp_trunk_nodes(network, pass.tape),
+		       pass.tape->rows * network->architecture.width * sizeof *nodes);
 	if (tape)
 		*tape = pass.tape;
 	else
 		gnp_scratch_release(scratch, mark);
 	return GNP_OK;
+}
+
+gnp_status gnp_trunk_forward(const struct gnp_network *network, const struct gnp_network_batch *batch, float *mean,
+                             const struct gnp_trunk_tape **tape, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return run(network, batch, mean, NULL, tape, scratch, error);
+}
+
+gnp_status gnp_trunk_forward_nodes(const struct gnp_network *network, const struct gnp_network_batch *batch,
+                                   float *mean, float *nodes, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	return run(network, batch, mean, nodes, NULL, scratch, error);
+}
+
+const float *gnp_trunk_nodes(const struct gnp_network *network, const struct gnp_trunk_tape *tape)
+{
+	return tape->values[network->architecture.layers - 1];
 }
 
 static bool last_layer_backward(const struct gnp_trunk_pass *pass, const float *dmean, float *dvalues)
@@ -241,7 +263,14 @@ static bool hidden_layer_backward(const struct gnp_trunk_pass *pass, unsigned la
 	return kinds[network->architecture.trunk].integral_backward(pass, layer, dz, dvalues);
 }
 
-static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
+/* dvalues (rows of the tape) += dnodes (rows of the batch). */
+static void add_nodes(const struct gnp_trunk_tape *tape, size_t width, const float *dnodes, float *dvalues)
+{
+	for (size_t i = 0; i < tape->rows * width; i++)
+		dvalues[i] += dnodes[i];
+}
+
+static bool backward(const struct gnp_trunk_pass *pass, const float *dmean, const float *dnodes)
 {
 	const struct gnp_architecture *a = &pass->network->architecture;
 	const struct gnp_trunk_tape *tape = pass->tape;
@@ -250,6 +279,8 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
 	float *dz = gnp_scratch_take(pass->scratch, tape->rows * a->width, sizeof *dz);
 	if (!dvalues || !dz || !last_layer_backward(pass, dmean, dvalues))
 		return false;
+	if (dnodes)
+		add_nodes(tape, a->width, dnodes, dvalues);
 	for (unsigned layer = a->layers - 1; layer-- > 0;)
 		if (!hidden_layer_backward(pass, layer, dvalues, dz))
 			return false;
@@ -259,11 +290,12 @@ static bool backward(const struct gnp_trunk_pass *pass, const float *dmean)
 }
 
 gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gnp_trunk_tape *tape, const float *dmean,
-                              float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+                              const float *dnodes, float *gradient, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, (struct gnp_trunk_tape *)tape, gradient, scratch};
-	bool done = network->architecture.trunk == GNP_TRUNK_NONE || backward(&pass, dmean);
+	bool done = network->architecture.trunk == GNP_TRUNK_NONE || backward(&pass, dmean, dnodes);
 	gnp_scratch_release(scratch, mark);
 	if (!done)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,

@@ -86,15 +86,23 @@ static void put_parameters(struct gnp_writer *w, const struct gnp_operation *ope
 	gnp_writer_text(w, "]");
 }
 
-/* The models a client may name. Their names and regimes need no escapes. */
+/* k only of models whose patches have one. Names and regimes need no escapes. */
+static void put_model(struct gnp_writer *w, const struct gnp_model *model, bool first)
+{
+	gnp_writer_printf(w, "%s{\"name\":\"%s\",\"sha256\":\"%s\",\"parameter_count\":%zu,\"regime\":\"%s\"", first ? "" : ",",
+	                  model->name, model->sha256, model->parameter_count, model->regime);
+	if (model->recipe.k)
+		gnp_writer_printf(w, ",\"k\":%u", model->recipe.k);
+	gnp_writer_text(w, "}");
+}
+
+/* The models a client may name. */
 static void put_models(struct gnp_writer *w, const struct gnp_models *models)
 {
 	const struct gnp_model *model;
 	gnp_writer_text(w, ",\"weights\":[");
 	for (size_t i = 0; (model = gnp_models_at(models, i)); i++)
-		gnp_writer_printf(w, "%s{\"name\":\"%s\",\"sha256\":\"%s\",\"parameter_count\":%zu,\"regime\":\"%s\",\"k\":%u}",
-		                  i ? "," : "",
-		                  model->name, model->sha256, model->parameter_count, model->regime, model->recipe.k);
+		put_model(w, model, i == 0);
 	gnp_writer_text(w, "]");
 }
 

@@ -195,8 +195,9 @@ static gnp_status report_choices(const struct gnp_model *model, const struct gnp
 	gnp_status status = gnp_values_add_string(report, "estimator", gnp_common_estimators[o->estimator], error);
 	if (status == GNP_OK && model)
 		status = report_model(model, report, error);
-	if (status == GNP_OK)
-		status = gnp_values_add_integer(report, "k", model ? (int64_t)model->recipe.k : o->k, error);
+	int64_t k = model ? (int64_t)model->recipe.k : o->k;
+	if (status == GNP_OK && k > 0)
+		status = gnp_values_add_integer(report, "k", k, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_string(report, "cover", gnp_common_covers[o->cover], error);
 	return status == GNP_OK && o->estimator == GNP_ESTIMATOR_GMLS ? report_least_squares(o, report, error) : status;
@@ -207,6 +208,8 @@ static gnp_status report_outliers(const struct gnp_common_facts *facts, struct g
                                   struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
+	if (facts->model && facts->model->architecture.head == GNP_HEAD_WEIGHTED)
+		return gnp_values_add_integer(report, "outliers_found", (int64_t)facts->outliers, error);
 	if (facts->model)
 		status = gnp_values_add_string(report, "outliers", gnp_common_outliers[GNP_OUTLIERS_LEFT_OUT], error);
 	if (status != GNP_OK)

@@ -26,9 +26,9 @@ extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *c
 	 "gnp: a geometric neural operator; gmls: moving least squares; adaptive: robust, with standard errors, finds "    \
 	 "support and degree itself"},                                                                                     \
 	{"weights", GNP_PARAMETER_MODEL, offsetof(type, text), 0, 0, NULL,                                                 \
-	 "the model (gnp); auto: the one that suits the cloud's noise and outliers"},                                      \
+	 "the model (gnp); auto: the one for any cloud, which weighs every point's neighbours"},                                      \
 	{"cover", GNP_PARAMETER_CHOICE, offsetof(type, core.cover), 0, 0, gnp_common_covers,                               \
-	 "cover: a patch serves several neighbouring points; all: as good as one for every point"},                        \
+	 "cover: a patch serves several neighbouring points; all: one for every point, or as good as that"},                        \
 	{"k", GNP_PARAMETER_INTEGER, offsetof(type, core.k), 12, 500, NULL,                                                \
 	 "neighbours that set the patch radius, 1.1 times the k-th distance (gmls, adaptive; with gnp the model's)"},      \
 	{"degree", GNP_PARAMETER_INTEGER, offsetof(type, core.degree), 1, 7, NULL, "degree of the Legendre basis (gmls)"}, \
@@ -37,8 +37,8 @@ extern const char *const gnp_common_estimators[], *const gnp_common_covers[], *c
 	{"weight", GNP_PARAMETER_CHOICE, offsetof(type, core.weight), 0, 0, gnp_common_weights,                            \
 	 "weight over the patch: quartic (1-r)^4, flat 1, linear 1.2-r (gmls)"},                                           \
 	{"outliers", GNP_PARAMETER_CHOICE, offsetof(type, core.outliers), 0, 0, gnp_common_outliers,                       \
-	 "outliers in what the model sees (gnp): kept or left_out; auto: left_out where weights=auto, or a model of the "  \
-	 "regime outlier"}
+	 "outliers in what the model sees (gnp): kept or left_out; auto: left_out with a model of the regime outlier; "    \
+	 "weights=auto weighs every point itself"}
 
 /* The last row: which outputs are answered. type: the options struct, which has a uint64_t `outputs`. */
 #define GNP_COMMON_OUTPUTS(type) \

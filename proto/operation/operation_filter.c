@@ -12,9 +12,6 @@ struct options {
 	uint64_t outputs;
 };
 
-/* Taught on clouds with outliers. */
-static const char default_weights[] = "fit_outlier_50k";
-
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
 enum output { KEEP, DEVIATION, POINTS, INDEX, NORMALS, OUTPUTS };
@@ -32,9 +29,10 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 
 #define FIELD(name) offsetof(struct options, core.name)
 static const struct gnp_parameter parameters[] = {
-	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), GNP_ABOVE_ZERO, 1e6, NULL, "the largest deviation that is kept"},
+	{"alpha", GNP_PARAMETER_NUMBER, FIELD(alpha), 0, 1e6, NULL,
+	 "the largest deviation that is kept, whatever the noise (the paper's rule: 0.1); 0: no limit"},
 	{"consensus", GNP_PARAMETER_BOOL, FIELD(consensus), 0, 0, NULL,
-	 "also drop what does not lie on the surface its neighbours agree on, however little it is off"},
+	 "drop what does not lie on the surface its neighbours agree on, by their own noise"},
 	{"gross", GNP_PARAMETER_NUMBER, FIELD(gross), 0, 1e6, NULL,
 	 "drop far points, small clusters and clutter first: points hang together that are at most this many local "
 	 "spacings apart, at least 1; 0: off"},
@@ -55,13 +53,13 @@ static void defaults(void *options)
 	o->core = gnp_filter_defaults();
 	o->core.estimate.estimator = GNP_ESTIMATOR_GNP;
 	o->outputs = (UINT64_C(1) << OUTPUTS) - 1;
-	strcpy(o->weights, default_weights);
+	strcpy(o->weights, GNP_COMMON_AUTO);
 }
 
 static gnp_status resolve(void *options, const struct gnp_models *models, struct gnp_error *error)
 {
 	struct options *o = options;
-	return gnp_common_resolve(&o->core.estimate, o->weights, default_weights, models, error);
+	return gnp_common_resolve(&o->core.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
@@ -152,11 +150,11 @@ static void warn_of_noise(const struct gnp_filter *filter, double alpha, struct 
 	static const double most = 50, cut_most = 5;
 	double dropped = 100 * (double)(filter->count - filter->kept) / (double)filter->count;
 	double under = percent_within(filter, alpha / 2, alpha), over = percent_within(filter, alpha, 2 * alpha);
-	if (under > cut_most && over > cut_most)
+	if (alpha > 0 && under > cut_most && over > cut_most)
 		gnp_warnings_add(warnings, GNP_WARNING_DROPPED,
 		                 "%.0f %% of the points were dropped by a limit that cuts through them: %.1f %% lie within "
 		                 "half of alpha under it and %.1f %% within twice over it, with outliers one is below %g %%: "
-		                 "it is noise or detail, take a larger alpha (%g) or, for noise, weights=fit_noise_70k and alpha=1",
+		                 "it is noise or detail, take a larger alpha (%g) or none (0)",
 		                 dropped, under, over, cut_most,
 		                 10 * alpha);
 	else if (dropped > most)

@@ -1,13 +1,9 @@
 #include "weights/train/train_log.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
-#include "clients/file_io.h"
-#include "proto/tensor/message.h"
+#include "weights/train/history.h"
 
 void gnp_train_log_clear(struct gnp_train_log *log)
 {
@@ -47,11 +43,11 @@ static double *column_of(struct gnp_train_row *row, int column)
 	return &row->watched[column - KINDS * GNP_LOSS_TERMS];
 }
 
-static void column_name(int column, char *name, size_t size)
+static void column_name(size_t at, char *name, size_t size)
 {
 	static const char *const kinds[KINDS] = {"patch", "centre", "cell", "near"};
 	static const char *const first[FIRST] = {"seconds", "patches_per_second", "rate", "gradient_norm", "loss", "operations_per_patch"};
-	int rest = column - FIRST;
+	int column = (int)at, rest = column - FIRST;
 	if (column < FIRST)
 		snprintf(name, size, "%s", first[column]);
 	else if (rest < KINDS * GNP_LOSS_TERMS)
@@ -60,56 +56,58 @@ static void column_name(int column, char *name, size_t size)
 		snprintf(name, size, "watched_%s", gnp_score_name((enum gnp_score)(rest - KINDS * GNP_LOSS_TERMS)));
 }
 
-gnp_status gnp_train_log_save(const struct gnp_train_log *log, const char *path, struct gnp_error *error)
+static const struct gnp_history_columns columns = {COLUMNS, column_name};
+
+/* ---- As a history ---- */
+
+static gnp_status to_history(const struct gnp_train_log *log, struct gnp_history *history, struct gnp_error *error)
 {
-	struct gnp_buffer text = {0};
-	char name[64];
-	gnp_status status = gnp_buffer_printf(&text, error, "step");
-	for (int c = 0; c < COLUMNS && status == GNP_OK; c++) {
-		column_name(c, name, sizeof name);
-		status = gnp_buffer_printf(&text, error, ",%s%s", name, c == COLUMNS - 1 ? "\n" : "");
-	}
+	gnp_status status = GNP_OK;
+	*history = (struct gnp_history){.columns = &columns};
 	for (size_t i = 0; i < log->count && status == GNP_OK; i++) {
-		struct gnp_train_row row = log->rows[i];
-		status = gnp_buffer_printf(&text, error, "%llu", (unsigned long long)row.step);
-		for (int c = 0; c < COLUMNS && status == GNP_OK; c++)
-			status = gnp_buffer_printf(&text, error, ",%.6g%s", *column_of(&row, c), c == COLUMNS - 1 ? "\n" : "");
+		double values[COLUMNS];
+		for (int c = 0; c < COLUMNS; c++)
+			values[c] = *column_of(&log->rows[i], c);
+		status = gnp_history_add(history, log->rows[i].step, values, error);
 	}
-	if (status == GNP_OK)
-		status = gnp_file_write(path, text.data, text.size, error);
-	gnp_buffer_clear(&text);
 	return status;
 }
 
-static bool parse_row(const char *line, struct gnp_train_row *row)
+gnp_status gnp_train_log_save(const struct gnp_train_log *log, const char *path, struct gnp_error *error)
 {
-	char *end;
-	*row = (struct gnp_train_row){.step = strtoull(line, &end, 10)};
-	for (int c = 0; c < COLUMNS; c++) {
-		if (*end != ',')
-			return false;
-		*column_of(row, c) = strtod(end + 1, &end);
-	}
-	return *end == '\n';
+	struct gnp_history history;
+	gnp_status status = to_history(log, &history, error);
+	if (status == GNP_OK)
+		status = gnp_history_save(&history, path, error);
+	gnp_history_clear(&history);
+	return status;
 }
 
 gnp_status gnp_train_log_load(const char *path, uint64_t last_step, struct gnp_train_log *log, struct gnp_error *error)
 {
-	struct gnp_buffer text = {0};
-	struct gnp_train_row row;
-	if (access(path, F_OK) != 0)
-		return GNP_OK;
-	gnp_status status = gnp_file_read(path, &text, error);
-	if (status == GNP_OK)
-		status = gnp_buffer_append(&text, "", 1, error);
-	const char *line = status == GNP_OK ? strchr((char *)text.data, '\n') : NULL;
-	while (line && line[1] && status == GNP_OK) {
-		if (!parse_row(line + 1, &row))
-			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: row %zu is no row of a training's history", path, log->count + 1);
-		else if (row.step <= last_step)
-			status = gnp_train_log_add(log, &row, error);
-		line = strchr(line + 1, '\n');
+	struct gnp_history history = {.columns = &columns};
+	gnp_status status = gnp_history_load(path, last_step, &history, error);
+	for (size_t i = 0; i < history.count && status == GNP_OK; i++) {
+		struct gnp_train_row row = {.step = history.steps[i]};
+		for (int c = 0; c < COLUMNS; c++)
+			*column_of(&row, c) = history.values[i * COLUMNS + (size_t)c];
+		status = gnp_train_log_add(log, &row, error);
 	}
-	gnp_buffer_clear(&text);
+	gnp_history_clear(&history);
+	return status;
+}
+
+gnp_status gnp_train_log_draw(const struct gnp_train_log *log, const char *title, const char *path, struct gnp_error *error)
+{
+	enum { LOSS = 4, WATCHED = 6 + 2 * GNP_LOSS_TERMS };
+	static const struct gnp_history_curve curves[] = {{"loss", {150, 150, 150}, LOSS},
+	                                                  {"shape", {200, 120, 20}, WATCHED + GNP_SCORE_SECOND_FORM},
+	                                                  {"gaussian", {190, 30, 45}, WATCHED + GNP_SCORE_GAUSSIAN},
+	                                                  {"mean", {30, 90, 180}, WATCHED + GNP_SCORE_MEAN}};
+	struct gnp_history history;
+	gnp_status status = to_history(log, &history, error);
+	if (status == GNP_OK)
+		status = gnp_history_draw(&history, curves, sizeof curves / sizeof *curves, title, path, error);
+	gnp_history_clear(&history);
 	return status;
 }

@@ -10,20 +10,22 @@
 #include "weights/train/loss_rule.h"
 
 const struct gnp_option gnp_train_plan_options[] = {
-	{"regime", 0, "NAME", "what to train for: clean-30, clean-50, outlier-50, noise-70"},
+	{"regime", 0, "NAME", "what to train for: clean-30, clean-50, outlier-50, noise-70, or any cloud: any"},
 	{"output", 'o', "FILE", "the weights to write, a .safetensors"},
 	{"minutes", 0, "N", "how long to train (20)"},
 	{"steps", 0, "N", "or how many steps; then training repeats to the byte"},
 	{"prepare", 0, NULL, "only sample the shapes into the cache"},
 	{"from", 0, "FILE", "a model of the same network, to train on from"},
-	{"trunk", 0, "NAME", "edge, separable or, with the head projection, none (none; with pooled separable)"},
-	{"head", 0, "NAME", "pooled or projection (projection)"},
-	{"width", 0, "N", "values a node (64, with projection 32)"},
+	{"trunk", 0, "NAME", "edge, separable or, with the head projection, none (none; with pooled and any separable)"},
+	{"head", 0, "NAME", "pooled or projection (projection); any: weighted"},
+	{"width", 0, "N", "values a node (64; projection 32)"},
 	{"channels", 0, "N", "blocks of the kernel's values (16, 4)"},
 	{"neurons", 0, "N", "of the kernel's hidden layers (96, 32)"},
 	{"layers", 0, "N", "blocks of the trunk (6, 2)"},
 	{"quadrature", 0, "N", "sources of the edge trunk's integrals (64, 32)"},
 	{"head-width", 0, "N", "of the head's hidden layers (128, 64)"},
+	{"node-width", 0, "N", "any: of the hidden layer that weighs nodes (32)"},
+	{"frame-width", 0, "N", "any: of the one that chooses frames (48)"},
 	{"shells", 0, "LIST", "projection: nearest points in each nested support, ascending, with commas between"},
 	{"k", 0, "N", "neighbours that set a patch's radius (the regime's)"},
 	{"buffer", 0, "X", "nodes out to X times that radius (1.25; pooled under noise 1.5)"},
@@ -46,6 +48,9 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"points", 0, "N", "points a shape (100000)"},
 	{"least-noise", 0, "X", "with --most-noise: every other visit has noise between them (projection under noise 1e-4 and 4e-3)"},
 	{"most-noise", 0, "X", "0: all have the regime's"},
+	{"normal-noise", 0, "X", "any: share of noisy clouds whose noise is along the normals (0)"},
+	{"frame-steps", 0, "N", "any: steps for frames before all others (4000)"},
+	{"frame-rate", 0, "X", "any: the largest rate of these (3e-3)"},
 	{"window", 0, "N", "clouds at hand (pooled 32, 16)"},
 	{"visit", 0, "N", "steps before one of them is replaced (pooled 8, 32)"},
 	{"seed", 0, "N", "of parameters, noise and patches (1)"},
@@ -83,10 +88,10 @@ static gnp_status parse_names(const struct gnp_arguments *arguments, struct gnp_
 	while (h < GNP_HEADS && strcmp(head, gnp_head_name((enum gnp_head_kind)h)) != 0)
 		h++;
 	if ((!regime && !plan->prepare) || r == GNP_REGIMES)
-		return unknown_name("regime", regime, "clean-30, clean-50, outlier-50, noise-70", error);
+		return unknown_name("regime", regime, "clean-30, clean-50, outlier-50, noise-70, any", error);
 	if (t == GNP_TRUNKS)
 		return unknown_name("trunk", trunk, "edge, separable, none", error);
-	if (h == GNP_HEADS)
+	if (h == GNP_HEADS || h == GNP_HEAD_WEIGHTED)
 		return unknown_name("head", head, "pooled, projection", error);
 	plan->run.train.data.regime = (enum gnp_regime)r;
 	plan->architecture.trunk = (enum gnp_trunk_kind)t;
@@ -290,11 +295,12 @@ static gnp_status parse_step(const struct gnp_arguments *arguments, struct gnp_t
 	return train->orthogonal || strcmp(name, "adam") == 0 ? GNP_OK : unknown_name("step", name, "adam, muon", error);
 }
 
-/* Whether a file of this name can be made: what is found out after hours of training is found out late. */
-static gnp_status check_output(const char *path, struct gnp_error *error)
+gnp_status gnp_train_plan_check_output(const char *path, struct gnp_error *error)
 {
-	const char *slash = strrchr(path, '/');
+	const char *slash = path ? strrchr(path, '/') : NULL;
 	char folder[512];
+	if (!path)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--output: not given, need a file");
 	snprintf(folder, sizeof folder, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 	if (access(folder, W_OK) == 0)
 		return GNP_OK;
@@ -311,9 +317,7 @@ gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gn
 	plan->from = gnp_arguments_get(arguments, "from", NULL);
 	if (gnp_arguments_has(arguments, "minutes") && gnp_arguments_has(arguments, "steps"))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--minutes: given with --steps, need one of them");
-	if (!plan->output && !plan->prepare)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--output: not given, need a file");
-	gnp_status status = plan->output ? check_output(plan->output, error) : GNP_OK;
+	gnp_status status = plan->output || !plan->prepare ? gnp_train_plan_check_output(plan->output, error) : GNP_OK;
 	if (status == GNP_OK)
 		status = parse_names(arguments, plan, error);
 	if (status != GNP_OK)

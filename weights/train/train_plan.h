@@ -24,4 +24,8 @@ size_t gnp_train_plan_option_count(void);
 gnp_status gnp_train_plan_parse(const struct gnp_arguments *arguments, struct gnp_train_plan *plan,
                                 struct gnp_error *error);
 
+/* Whether a file of this name (NULL: none is given) can be made: what is found out after hours of training is found out
+ * late. */
+gnp_status gnp_train_plan_check_output(const char *path, struct gnp_error *error);
+
 #endif

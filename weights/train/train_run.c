@@ -1,11 +1,10 @@
 #include "weights/train/train_run.h"
 
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
-#include "weights/train/folder.h"
 #include "weights/train/sgemm_rate.h"
+#include "weights/train/train_files.h"
 #include "weights/train/train_watch.h"
 
 struct running {
@@ -13,7 +12,7 @@ struct running {
 	const struct gnp_trainable *network;
 	struct gnp_pool *pool;
 	FILE *lines;
-	char checkpoint[PATH_MAX], history[PATH_MAX], curve[PATH_MAX];
+	struct gnp_train_files files;
 	struct gnp_train *train;
 	struct gnp_train_watch *watch;
 	struct gnp_train_log log;
@@ -120,13 +119,13 @@ static gnp_status write_row(struct running *running, bool watch, struct gnp_erro
 	if (watch)
 		running->watch_at = running->row_at;
 	status = gnp_train_log_add(&running->log, &row, error);
-	return status == GNP_OK ? gnp_train_log_save(&running->log, running->history, error) : status;
+	return status == GNP_OK ? gnp_train_log_save(&running->log, running->files.history, error) : status;
 }
 
 static gnp_status save(struct running *running, struct gnp_error *error)
 {
 	running->save_at = gnp_clock();
-	return gnp_train_save(running->train, running->checkpoint, error);
+	return gnp_train_save(running->train, running->files.checkpoint, error);
 }
 
 /* ---- The run ---- */
@@ -166,35 +165,23 @@ static gnp_status take_steps(struct running *running, struct gnp_task *task, str
 	return status;
 }
 
-static gnp_status name_files(struct running *running, struct gnp_error *error)
-{
-	const char *folder = running->options->folder;
-	struct {
-		char *path;
-		const char *name;
-	} files[] = {{running->checkpoint, "checkpoint"}, {running->history, "history.csv"}, {running->curve, "curve.png"}};
-	for (size_t i = 0; i < sizeof files / sizeof *files; i++)
-		if (snprintf(files[i].path, PATH_MAX, "%s/%s", folder, files[i].name) >= PATH_MAX)
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "checkpoint: got a name of %zu bytes, need a shorter one", strlen(folder));
-	return gnp_folder_make(folder, error);
-}
-
 static gnp_status open_all(struct running *running, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_train_run_options *options = running->options;
-	gnp_status status = name_files(running, error);
+	gnp_status status = gnp_train_files_name(options->folder, &running->files, error);
 	if (status == GNP_OK)
 		status = gnp_train_data_ensure(&options->train.data, options->watch_shapes, running->pool, task, error);
 	if (status == GNP_OK)
 		status = gnp_sgemm_rate(running->pool, &running->sgemm, error);
 	if (status == GNP_OK)
-		status = gnp_train_open(&options->train, running->network, options->resume ? running->checkpoint : NULL, running->pool,
-		                        &running->train, error);
+		status = gnp_train_open(&options->train, running->network, options->resume ? running->files.checkpoint : NULL,
+		                        running->pool, &running->train, error);
 	if (status == GNP_OK && options->watch_shapes)
 		status = gnp_train_watch_open(&options->train.data, &options->train.recipe, options->watch_shapes, options->watch_centres,
 		                              running->network, running->pool, &running->watch, error);
 	if (status == GNP_OK && options->resume)
-		status = gnp_train_log_load(running->history, gnp_train_state(running->train)->step, &running->log, error);
+		status = gnp_train_log_load(running->files.history, gnp_train_state(running->train)->step, &running->log,
+		                            error);
 	return status;
 }
 
@@ -214,7 +201,7 @@ gnp_status gnp_train_run(const struct gnp_train_run_options *options, const stru
 		status = take_steps(&running, task, error);
 	snprintf(title, sizeof title, "%s: %.50s", gnp_regime_info(options->train.data.regime)->name, network->name);
 	if (status == GNP_OK)
-		status = gnp_train_log_draw(&running.log, title, running.curve, error);
+		status = gnp_train_log_draw(&running.log, title, running.files.curve, error);
 	if (status == GNP_OK) {
 		memcpy(parameters, gnp_train_state(running.train)->average, network->parameter_count * sizeof *parameters);
 		*last = running.log.count ? running.log.rows[running.log.count - 1] : (struct gnp_train_row){0};

@@ -6,7 +6,7 @@
 #include "core/base/memory.h"
 #include "core/base/random.h"
 #include "core/shapes/shapes.h"
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 
 /* noise: deviation on every coordinate, in mean spacings sqrt(area / count). */
 static const struct smooth {

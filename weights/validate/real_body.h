@@ -15,7 +15,7 @@ struct gnp_real_body_name {
 /* What the i-th is; false past the last. */
 bool gnp_real_body_name(size_t i, struct gnp_real_body_name *out);
 
-/* Its cloud. Of bodies with creases (core/shapes/solid.h) points within a spacing of a crease, a rim or a tip are not
+/* Its cloud. Of bodies with creases (core/solids/solid.h) points within a spacing of a crease, a rim or a tip are not
  * judged, but where the sampling says "edges too". */
 gnp_status gnp_real_body_make(size_t i, struct gnp_pool *pool, struct gnp_real_cloud *out, struct gnp_error *error);
 

@@ -279,9 +279,10 @@ static const char *const notes[GNP_REAL_SECTIONS] = {
 	[GNP_REAL_VERTICES] =
 		"The truth is the mean of the triangles' normals about a vertex, weighed by area; figures are medians.\n",
 	[GNP_REAL_BODIES] =
-		"Smooth surfaces, and a body of each kind with creases, rims, thin sheets or tips\n"
-		"(`core/shapes/solid.h`), of which points within a spacing of those are not judged, but where \"edges too\"\n"
-		"is said. Noise in mean spacings, isotropic.\n",
+		"Smooth surfaces, and a body of each kind with creases, rims, thin sheets, tips or rough detail\n"
+		"(`core/solids/solid.h`), of which points within a spacing of creases, rims and tips are not judged, but\n"
+		"where \"edges too\" is said. Noise in mean spacings, isotropic. The truth of facets is the triangle's\n"
+		"normal.\n",
 	[GNP_REAL_SCANS] =
 		"Rows are 8 times as far apart as points in a row; noise in spacings within a row. The lidar has 32\n"
 		"beams; noise along the beam.\n",

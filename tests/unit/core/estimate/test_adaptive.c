@@ -364,6 +364,8 @@ static void check_same_bytes(const struct gnp_estimate *a, const struct gnp_esti
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
 		size_t width = gnp_quantity_info((enum gnp_quantity)q)->width;
 		width = width ? width : a->basis_size;
+		if (q == GNP_CREASE) /* not this estimator's */
+			continue;
 		CHECK(a->values[q] && b->values[q] && memcmp(a->values[q], b->values[q], a->count * width * sizeof(double)) == 0);
 	}
 }

@@ -16,6 +16,10 @@ static char folder[64];
 static const struct gnp_architecture edge = {
 	.trunk = GNP_TRUNK_EDGE, .head = GNP_HEAD_POOLED, .features = 3, .width = 8, .channels = 2, .neurons = 5, .layers = 2,
 	.quadrature = 4, .head_width = 6, .outputs = 16};
+/* Its supports follow from the cloud: no recipe of patches. */
+static const struct gnp_architecture weighted = {
+	.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_WEIGHTED, .features = 10, .width = 8, .channels = 2, .neurons = 5,
+	.layers = 2, .quadrature = 4, .head_width = 6, .node_width = 7, .frame_width = 9, .outputs = 15};
 static const struct gnp_recipe recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.13};
 
 /* Lays out an architecture and draws parameters for it, for free(). */
@@ -39,7 +43,9 @@ static gnp_status save(const char *name, const struct gnp_architecture *architec
 	char path[128];
 	float *parameters = draw_parameters(architecture, &layout);
 	snprintf(path, sizeof path, "%s/%s.safetensors", folder, name);
-	const struct gnp_model_source source = {*architecture, recipe, "clean", more, more_count, parameters};
+	struct gnp_model_source source = {*architecture, {0}, "clean", more, more_count, parameters};
+	if (architecture->head != GNP_HEAD_WEIGHTED)
+		source.recipe = recipe;
 	gnp_status status = gnp_model_save(path, &source, error);
 	free(parameters);
 	return status;
@@ -142,6 +148,31 @@ static void a_model_without_a_trunk_is_kept(void)
 	free(bytes);
 }
 
+static void a_weighted_model_is_kept_without_a_recipe(void)
+{
+	static const char *const absent[] = {"k", "buffer", "height_scale", "delta0", "delta0_ratio", "shells", "ridge"};
+	struct gnp_model *model = NULL;
+	struct gnp_error error = {0};
+	struct gnp_layout layout;
+	char path[128];
+	CHECK(save("w", &weighted, NULL, 0, &error) == GNP_OK);
+	snprintf(path, sizeof path, "%s/w.safetensors", folder);
+	CHECK(gnp_model_load(path, &model, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	if (model) {
+		float *parameters = draw_parameters(&weighted, &layout);
+		for (size_t i = 0; i < sizeof absent / sizeof absent[0]; i++)
+			CHECK(!gnp_safetensors_metadata_find(model->file, absent[i]));
+		CHECK_STRING(gnp_safetensors_metadata_find(model->file, "head"), "weighted");
+		CHECK(memcmp(&model->architecture, &weighted, sizeof weighted) == 0 && model->recipe.k == 0 &&
+		      model->recipe.delta0 == 0);
+		CHECK(memcmp(model->network->parameters, parameters, layout.total * sizeof(float)) == 0);
+		free(parameters);
+	}
+	gnp_model_free(model);
+	remove_file("w");
+}
+
 static void shells_that_are_no_list_are_refused(void)
 {
 	static const char *const bad[] = {"", ",", "30,", ",30", "30,,50", "30 50", "30,-50", "a", "9,10,11,12,13,14,15,16,17"};
@@ -171,6 +202,12 @@ static const struct gnp_safetensors_metadata good[] = {
 	{"height_scale", "2"}, {"delta0", "0.005"}, {"regime", "clean"}, {"format", "pt"}};
 enum { GOOD = sizeof good / sizeof good[0] };
 
+static const struct gnp_safetensors_metadata good_weighted[] = {
+	{"gnp_format", "1"}, {"trunk", "separable"}, {"head", "weighted"}, {"features", "10"},  {"width", "8"},
+	{"channels", "2"},   {"neurons", "5"},       {"layers", "2"},      {"quadrature", "4"}, {"head_width", "6"},
+	{"outputs", "15"},   {"node_width", "7"},    {"frame_width", "9"}, {"regime", "any"}};
+enum { GOOD_WEIGHTED = sizeof good_weighted / sizeof good_weighted[0] };
+
 struct fault {
 	const char *key, *value; /* metadata to replace or add; NULL value: to leave out */
 	const char *tensor;      /* to leave out, or with rename to call so, or with transpose to turn */
@@ -179,19 +216,21 @@ struct fault {
 	const char *part; /* of the message; NULL: there is none */
 };
 
-static void check_fault(const struct fault *fault)
+/* Of a file that is right but for the fault. */
+static void check_fault_of(const struct gnp_architecture *architecture, const struct gnp_safetensors_metadata *right,
+                           size_t right_count, const struct fault *fault)
 {
-	struct gnp_safetensors_metadata metadata[GOOD + 1];
+	struct gnp_safetensors_metadata metadata[GOOD + GOOD_WEIGHTED];
 	struct gnp_safetensors_tensor tensors[GNP_PARAMETER_ROWS_MAX];
 	struct gnp_layout layout;
 	size_t metadata_count = 0, tensor_count = 0;
 	bool replaced = !fault->key;
-	float *parameters = draw_parameters(&edge, &layout);
-	for (size_t i = 0; i < GOOD; i++) {
-		bool hit = fault->key && strcmp(good[i].key, fault->key) == 0;
+	float *parameters = draw_parameters(architecture, &layout);
+	for (size_t i = 0; i < right_count; i++) {
+		bool hit = fault->key && strcmp(right[i].key, fault->key) == 0;
 		replaced = replaced || hit;
 		if (!hit)
-			metadata[metadata_count++] = good[i];
+			metadata[metadata_count++] = right[i];
 		else if (fault->value)
 			metadata[metadata_count++] = (struct gnp_safetensors_metadata){fault->key, fault->value};
 	}
@@ -227,6 +266,11 @@ static void check_fault(const struct fault *fault)
 	free(parameters);
 }
 
+static void check_fault(const struct fault *fault)
+{
+	check_fault_of(&edge, good, GOOD, fault);
+}
+
 static void wrong_metadata_is_refused_by_key(void)
 {
 	static const struct fault faults[] = {
@@ -236,7 +280,9 @@ static void wrong_metadata_is_refused_by_key(void)
 		{"gnp_format", "2", .part = "metadata \"gnp_format\": got \"2\", need 1"},
 		{"trunk", NULL, .part = "metadata \"trunk\": got none, need edge or separable"},
 		{"trunk", "Edge", .part = "metadata \"trunk\": got \"Edge\", need edge or separable"},
-		{"head", "polled", .part = "metadata \"head\": got \"polled\", need pooled or projection"},
+		{"head", "polled", .part = "metadata \"head\": got \"polled\", need pooled or projection or weighted"},
+		{"node_width", "8", .part = "metadata \"node_width\": got \"8\", need none with the head pooled"},
+		{"frame_width", "8", .part = "metadata \"frame_width\": got \"8\", need none with the head pooled"},
 		{"width", "", .part = "metadata \"width\": got \"\", need an integer of at least 1"},
 		{"width", "8.0", .part = "metadata \"width\": got \"8.0\", need an integer"},
 		{"width", "-8", .part = "metadata \"width\": got \"-8\", need an integer"},
@@ -263,6 +309,29 @@ static void wrong_metadata_is_refused_by_key(void)
 	};
 	for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
 		check_fault(&faults[i]);
+}
+
+static void keys_of_patches_are_not_for_the_head_weighted(void)
+{
+	static const struct fault faults[] = {
+		{.key = NULL},
+		{"k", "30", .part = "metadata \"k\": got \"30\", need none with the head weighted"},
+		{"buffer", "1.25", .part = "metadata \"buffer\": got \"1.25\", need none with the head weighted"},
+		{"height_scale", "2", .part = "metadata \"height_scale\": got \"2\", need none with the head weighted"},
+		{"shells", "30,50", .part = "metadata \"shells\": got \"30,50\", need none with the head weighted"},
+		{"ridge", "1e-6", .part = "metadata \"ridge\": got \"1e-6\", need none with the head weighted"},
+		{"delta0", "0.1", .part = "metadata \"delta0\" and \"delta0_ratio\": got one, need none of them"},
+		{"delta0_ratio", "0.1", .part = "metadata \"delta0\" and \"delta0_ratio\": got one, need none of them"},
+		{"node_width", NULL, .part = "metadata \"node_width\": got none, need an integer of at least 1"},
+		{"frame_width", "0", .part = "metadata \"frame_width\": got \"0\", need an integer of at least 1"},
+		{"frame_width", "2000", .part = "metadata: frame_width: got 2000, need 4..1024"},
+		{"outputs", "16", .part = "metadata: outputs: got 16, need 15..15"},
+		{"trunk", "edge", .part = "metadata: trunk: got edge, the head weighted needs separable"},
+		{"node_width", "8", .part = "tensor \"node.0.weight\": shape: got [7,18], need [8,18]"},
+		{.tensor = "frame.mean", .part = "tensor \"frame.mean\": missing, need shape [44]"},
+	};
+	for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+		check_fault_of(&weighted, good_weighted, GOOD_WEIGHTED, &faults[i]);
 }
 
 static void wrong_tensors_are_refused_by_name(void)
@@ -334,6 +403,15 @@ static void what_no_reader_takes_is_not_saved(void)
 	const struct gnp_model_source source = {edge, {.k = 3, .buffer = 1, .height_scale = 1, .delta0 = 1}, "x", NULL, 0, parameters};
 	CHECK(gnp_model_save("/nowhere/no.safetensors", &source, &range) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(range.text, "metadata \"k\": got \"3\", which no reader takes");
+	struct gnp_model_source both = source;
+	struct gnp_error two = {0}, one = {0};
+	both.recipe = (struct gnp_recipe){.k = 30, .buffer = 1, .height_scale = 1, .delta0 = 1, .delta0_ratio = 1};
+	CHECK(gnp_model_save("/nowhere/no.safetensors", &both, &two) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(two.text, "no.safetensors: metadata \"delta0\" and \"delta0_ratio\": got both, need one of them");
+	both.architecture = weighted;
+	both.recipe.delta0 = 0;
+	CHECK(gnp_model_save("/nowhere/no.safetensors", &both, &one) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(one.text, "metadata \"delta0\" and \"delta0_ratio\": got one, need none of them");
 	free(parameters);
 }
 
@@ -463,6 +541,7 @@ int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
 		TEST(a_model_that_was_saved_is_loaded), TEST(a_model_without_a_trunk_is_kept), TEST(the_shells_of_a_projection_are_kept),
+		TEST(a_weighted_model_is_kept_without_a_recipe), TEST(keys_of_patches_are_not_for_the_head_weighted),
 		TEST(shells_that_are_no_list_are_refused), TEST(wrong_metadata_is_refused_by_key), TEST(wrong_tensors_are_refused_by_name),
 		TEST(damaged_headers_are_answered), TEST(what_no_reader_takes_is_not_saved),
 		TEST(names_of_models_are_those_of_their_files),

@@ -285,6 +285,13 @@ static void bodies_are_made_with_their_truth(void)
 		gnp_real_cloud_clear(&cloud);
 	}
 	CHECK(partly >= 2);
+	struct gnp_real_cloud facets; /* the last; planes have no curvature that could be judged */
+	gnp_real_body_name(count - 1, &name);
+	CHECK_STRING(name.surface, "solid: facets");
+	CHECK(gnp_real_body_make(count - 1, pool, &facets, NULL) == GNP_OK);
+	for (size_t j = 0; j < facets.count; j++)
+		CHECK(facets.mean_curvature[j] == 0);
+	gnp_real_cloud_clear(&facets);
 }
 
 /* ---- Angles ---- */

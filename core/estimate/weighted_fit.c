@@ -1,0 +1,260 @@
+#include "core/estimate/weighted_fit.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/fit/regression.h"
+#include "core/network/frame_choice.h"
+#include "core/network/weighted_head.h"
+
+enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, BATCH = GNP_WEIGHTED_BATCH };
+
+/* A node whose share is above SURE is of the piece, one below DOUBTED is not. A surface serves points within REACH of its
+ * scale, and nearer than half way to what is not of it. */
+static const double SURE = 0.8, DOUBTED = 0.5, REACH = 0.3;
+
+/* ---- Supports ---- */
+
+/* Rows of searches: of the ladder's reach for all centres, and of the widest support's for those that want it. */
+struct rows {
+	struct gnp_neighborhoods near, wide;
+	uint32_t wide_centre[BATCH];
+	size_t wide_row[BATCH], wide_count; /* of a centre in wide; */
+	struct gnp_ladder ladder[BATCH];
+	unsigned step[BATCH];
+};
+
+static size_t smaller(size_t a, size_t b)
+{
+	return a < b ? a : b;
+}
+
+static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, struct rows *rows,
+                            struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	size_t near = smaller(GNP_LADDER_REACH, cloud->count), wide = smaller(GNP_SUPPORT_POINTS, cloud->count);
+	gnp_status status = gnp_neighborhoods_find(cloud->points.neighbors, centres, count, near, 1, near, scratch, &rows->near, error);
+	rows->wide_count = 0;
+	for (size_t p = 0; p < count && status == GNP_OK; p++) {
+		size_t start = rows->near.start[p];
+		gnp_support_look(&cloud->points, centres[p], rows->near.index + start, rows->near.start[p + 1] - start, &rows->ladder[p]);
+		rows->step[p] = gnp_frame_choose(cloud->network, &rows->ladder[p]);
+		if (gnp_support_reach(rows->step[p]) > near) {
+			rows->wide_row[p] = rows->wide_count;
+			rows->wide_centre[rows->wide_count++] = centres[p];
+		}
+	}
+	if (status == GNP_OK && rows->wide_count > 0)
+		status = gnp_neighborhoods_find(cloud->points.neighbors, rows->wide_centre, rows->wide_count, wide, 1, wide, scratch,
+		                                &rows->wide, error);
+	return status;
+}
+
+static void put_first(uint32_t *index, size_t count, uint32_t centre)
+{
+	size_t at = 0;
+	while (at < count && index[at] != centre)
+		at++;
+	if (at > 0 && at < count) {
+		index[at] = index[0];
+		index[0] = centre;
+	}
+}
+
+static gnp_status build(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, struct rows *rows,
+                        struct gnp_support *const *supports, struct gnp_error *error)
+{
+	for (size_t p = 0; p < count; p++) {
+		bool wide = gnp_support_reach(rows->step[p]) > smaller(GNP_LADDER_REACH, cloud->count);
+		struct gnp_neighborhoods *from = wide ? &rows->wide : &rows->near;
+		size_t row = wide ? rows->wide_row[p] : p, start = from->start[row], found = from->start[row + 1] - start;
+		const double *place = cloud->points.points + 3 * (size_t)centres[p];
+		put_first(from->index + start, found, centres[p]);
+		if (!gnp_support_build(&cloud->points, centres[p], &rows->ladder[p], rows->step[p], from->index + start,
+		                       from->distance + start, found, 0, supports[p]))
+			return gnp_error_set(error, GNP_DEGENERATE,
+			                     "points: more points coincide at (%g, %g, %g) than a neighbourhood has, remove duplicates",
+			                     place[0], place[1], place[2]);
+	}
+	return GNP_OK;
+}
+
+/* ---- Surfaces ---- */
+
+/* The radius of a disk whose points would be as far from its centre, in the mean, as the piece's weighted nodes are. */
+static double scale_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+{
+	double square = 0;
+	for (size_t i = 0; i < support->nodes; i++)
+		square += fit->weight[i] * support->distance[i] * support->distance[i];
+	return fmax(sqrt(2 * square / fit->total), 1e-6);
+}
+
+/* Root mean square of heights over the surface [length], of points that are of the piece: the least weight of others is
+ * little, but they may be far off. A node of m points has 1 / m of their variance. */
+static double residual_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+{
+	double sum = 0, count = 1e-300;
+	for (size_t i = 0; i < support->nodes; i++) {
+		double r = support->y[i];
+		if (fit->share[i] < DOUBTED)
+			continue;
+		for (size_t c = 0; c < SIZE; c++)
+			r -= fit->coefficients[c] * support->rows[i * STRIDE + c];
+		sum += fit->weight[i] * r * r;
+		count += fit->weight[i] / support->weight[i];
+	}
+	return sqrt(sum / count) * support->radius;
+}
+
+/* Coefficients and factor, whose diagonal holds inverses, in units of scale instead of R. */
+static void restate(const struct gnp_weighted_fit *fit, double scale, double *coefficients, double *factor)
+{
+	double factorial[SIZE], power[GNP_TAYLOR_DEGREE + 1] = {1};
+	unsigned order[SIZE];
+	gnp_taylor_indices(factorial, order);
+	for (int j = 1; j <= GNP_TAYLOR_DEGREE; j++)
+		power[j] = power[j - 1] * scale;
+	memset(coefficients, 0, STRIDE * sizeof *coefficients);
+	memset(factor, 0, SIZE * STRIDE * sizeof *factor);
+	for (size_t i = 0; i < SIZE; i++) {
+		coefficients[i] = fit->coefficients[i] * power[order[i]] / scale;
+		factor[i * STRIDE + i] = fit->factor[i * STRIDE + i] * power[order[i]];
+		for (size_t j = i + 1; j < SIZE; j++)
+			factor[i * STRIDE + j] = fit->factor[i * STRIDE + j] / power[order[j]];
+	}
+}
+
+/* Factors of the posterior's variances at the centre, so that they become those of the covariance under noise with the
+ * network's scale and bias. */
+static void set_doubt(const struct gnp_support *support, const struct gnp_weighted_fit *fit, const float *outputs,
+                      struct gnp_surface *surface)
+{
+	surface->doubt[0] = surface->doubt[1] = surface->doubt[2] = 1;
+	if (!fit->solved)
+		return;
+	struct gnp_weighted_variance error = gnp_weighted_variance(outputs, gnp_weighted_covariance(support, fit));
+	double posterior[6], least = 1e-300;
+	for (size_t c = 1; c < 6; c++)
+		posterior[c] = fit->misfit * gnp_regression_variance(fit->factor, c);
+	double slope = (posterior[1] + posterior[2]) / 2, second = (4 * posterior[3] + 2 * posterior[4] + 4 * posterior[5]) / 3;
+	surface->doubt[0] = surface->doubt[1] = error.slope / fmax(slope, least);
+	surface->doubt[2] = error.second / fmax(second, least);
+}
+
+static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
+                              const struct gnp_weighted_fit *fit, const float *outputs, struct gnp_fit *out,
+                              struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	double *coefficients = gnp_scratch_take(scratch, STRIDE, sizeof *coefficients);
+	double *factor = gnp_scratch_take(scratch, SIZE * STRIDE, sizeof *factor), share = scale_of(support, fit);
+	if (!coefficients || !factor)
+		return gnp_no_memory("gnp", 1, "surface", error);
+	restate(fit, share, coefficients, factor);
+	for (size_t i = 0; i < SIZE && !fit->solved; i++)
+		factor[i * STRIDE + i] = 1; /* nothing to go by: the plane of the frame, with no knowledge of anything */
+	double scale = share * support->radius;
+	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = residual_of(support, fit)};
+	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
+	                                    .scale_xy = scale, .scale_w = scale, .factor = factor,
+	                                    .variance = fmax(fit->misfit, 1e-300) / (share * share)};
+	memcpy(out->surface.origin, cloud->points.points + 3 * (size_t)support->centre, sizeof out->surface.origin);
+	memcpy(out->surface.frame, support->frame, sizeof out->surface.frame);
+	set_doubt(support, fit, outputs, &out->surface);
+	return GNP_OK;
+}
+
+/* ---- What the piece is worth to its neighbours ---- */
+
+static size_t single_nodes(const struct gnp_support *support)
+{
+	return smaller(support->nodes, GNP_SUPPORT_SINGLES);
+}
+
+/* Points that the surface serves: near, surely of the piece, and nearer than half way to the first that is not. */
+static size_t trust(const struct gnp_support *support, const struct gnp_weighted_fit *fit, double reach, uint32_t *member)
+{
+	size_t count = 0;
+	for (size_t i = 1; i < single_nodes(support); i++)
+		if (fit->share[i] < DOUBTED)
+			reach = fmin(reach, 0.5 * support->distance[i]);
+	member[count++] = support->centre;
+	for (size_t i = 1; i < single_nodes(support); i++)
+		if (support->distance[i] <= reach && fit->share[i] > SURE)
+			member[count++] = support->member[i];
+	return count;
+}
+
+/* The nearest points of the piece as a patch; heights are scaled by twice their deviation from the plane. */
+static gnp_status set_patch(const struct gnp_support *support, const struct gnp_weighted_fit *fit,
+                            struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	size_t most = single_nodes(support), count = 0;
+	double *u = gnp_scratch_take(scratch, 3 * most, sizeof *u), scale = piece->fit.surface.scale_xy / support->radius;
+	double square = 0, mean = 0;
+	uint32_t *index = gnp_scratch_take(scratch, most, sizeof *index);
+	if (!u || !index)
+		return gnp_no_memory("gnp", most, "points of a patch", error);
+	double *v = u + most, *w = v + most;
+	for (size_t i = 0; i < most; i++) {
+		if (i > 0 && fit->share[i] < DOUBTED)
+			continue;
+		index[count] = support->member[i];
+		u[count] = support->u[i] / scale;
+		v[count] = support->v[i] / scale;
+		w[count++] = support->y[i] * support->radius;
+	}
+	for (size_t i = 0; i < count; i++)
+		mean += w[i] / (double)count;
+	for (size_t i = 0; i < count; i++)
+		square += (w[i] - mean) * (w[i] - mean) / (double)count;
+	double height = fmax(2 * sqrt(square), 0.1 * piece->fit.surface.scale_xy);
+	for (size_t i = 0; i < count; i++)
+		w[i] /= height;
+	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count, .index = index,
+	                                  .u = u, .v = v, .w = w, .epsilon = piece->fit.surface.scale_xy,
+	                                  .scale_xy = piece->fit.surface.scale_xy, .scale_w = height};
+	memcpy(piece->patch.origin, piece->fit.surface.origin, sizeof piece->patch.origin);
+	memcpy(piece->patch.frame, support->frame, sizeof support->frame);
+	return GNP_OK;
+}
+
+static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
+                            const struct gnp_weighted_fit *fit, const float *outputs, struct gnp_weighted_piece *piece,
+                            struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	uint32_t *member = gnp_scratch_take(scratch, GNP_SUPPORT_SINGLES, sizeof *member);
+	if (!member)
+		return gnp_no_memory("gnp", GNP_SUPPORT_SINGLES, "points", error);
+	gnp_status status = set_surface(cloud, support, fit, outputs, &piece->fit, scratch, error);
+	if (status == GNP_OK)
+		status = set_patch(support, fit, piece, scratch, error);
+	if (status != GNP_OK)
+		return status;
+	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0;
+	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
+	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
+	piece->member = member;
+	piece->trusted = trust(support, fit, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius, member);
+	return GNP_OK;
+}
+
+gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+                               struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	struct rows *rows = gnp_scratch_take(scratch, 1, sizeof *rows);
+	struct gnp_support *supports[BATCH];
+	struct gnp_weighted_pass pass;
+	for (size_t p = 0; p < count; p++)
+		supports[p] = gnp_scratch_take(scratch, 1, sizeof *supports[p]);
+	if (!rows || !supports[count - 1])
+		return gnp_no_memory("gnp", count, "supports", error);
+	gnp_status status = find_rows(cloud, centres, count, rows, scratch, error);
+	if (status == GNP_OK)
+		status = build(cloud, centres, count, rows, supports, error);
+	if (status == GNP_OK)
+		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
+	for (size_t p = 0; p < count && status == GNP_OK; p++)
+		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, &pieces[p], scratch, error);
+	return status;
+}
