@@ -170,8 +170,9 @@ static gnp_status read_key(const struct gnp_safetensors *file, const struct key 
 	const struct gnp_architecture *a = &out->architecture;
 	bool asked = is_asked(key, a), trunk = key->heads == TRUNK;
 	if (text && key->heads && !asked)
-		return gnp_safetensors_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the %s %s", key->name, text,
-		                              trunk ? "trunk" : "head", trunk ? gnp_trunk_name(a->trunk) : gnp_head_name(a->head));
+		return gnp_safetensors_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the %s %s",
+		                              key->name, text, trunk ? "trunk" : "head",
+		                              trunk ? gnp_trunk_name(a->trunk) : gnp_head_name(a->head));
 	if (text ? read_value(key, text, out) : !asked)
 		return GNP_OK;
 	return refuse(file, key, text, error);

@@ -58,7 +58,8 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 		unsigned value, low, high;
 	} rows[] = {{"trunk", (unsigned)a->trunk, 0, GNP_TRUNKS - 1},
 	            {"head", (unsigned)a->head, 0, GNP_HEADS - 1},
-	            {"features", a->features, weighted ? GNP_SUPPORT_FEATURES : 3 * trunk, weighted ? GNP_SUPPORT_FEATURES : 16 * trunk},
+	            {"features", a->features, weighted ? GNP_SUPPORT_FEATURES : 3 * trunk,
+	             weighted ? GNP_SUPPORT_FEATURES : 16 * trunk},
 	            {"width", a->width, 4 * trunk, 256 * trunk},
 	            {"channels", a->channels, trunk, a->width},
 	            {"neurons", a->neurons, 4 * trunk, 1024 * trunk},
@@ -74,7 +75,8 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %u, need %u..%u", rows[i].name, rows[i].value,
 			                     rows[i].low, rows[i].high);
 	if (!trunk && !projection)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "trunk: got none, the head %s needs one", gnp_head_name(a->head));
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "trunk: got none, the head %s needs one",
+		                     gnp_head_name(a->head));
 	if (trunk && a->width % a->channels)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "width: got %u, need a multiple of the %u channels", a->width,
 		                     a->channels);

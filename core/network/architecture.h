@@ -5,8 +5,8 @@
  * v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)). Head `pooled` (the paper's): mean over the patch and an MLP to
  * Legendre coefficients. Head `projection`: the same mean, with a summary of nested least-squares fits, and an MLP to
  * how the heights are projected onto a basis (projection.h); with the trunk `none` it sees the summary alone, and all
- * sizes of a trunk are 0. Head `weighted`: the mean, the nodes' own values and a summary of the support make a weight for
- * every node and how the nodes are projected (weighted_head.h).
+ * sizes of a trunk are 0. Head `weighted`: the mean, the nodes' own values and a summary of the support make a weight
+ * for every node and how the nodes are projected (weighted_head.h).
  *
  * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation,
  * training and its checkpoints all go by it. Names are those of the reference package's state dicts. */

@@ -218,13 +218,15 @@ static void disturbed(const char *name, const struct gnp_sample_options *disturb
 
 static void noisy(void)
 {
-	disturbed("bumpy torus, noise 1e-3", &(struct gnp_sample_options){.count = 100000, .seed = 7, .noise = 1e-3}, "fit_noise_70k");
+	disturbed("bumpy torus, noise 1e-3", &(struct gnp_sample_options){.count = 100000, .seed = 7, .noise = 1e-3},
+	          "fit_noise_70k");
 }
 
 static void contaminated(void)
 {
 	disturbed("bumpy torus, 10 % outliers of 5e-3",
-	          &(struct gnp_sample_options){.count = 100000, .seed = 7, .outlier_fraction = 0.1, .outlier_noise = 5e-3}, "fit_outlier_50k");
+	          &(struct gnp_sample_options){.count = 100000, .seed = 7, .outlier_fraction = 0.1, .outlier_noise = 5e-3},
+	          "fit_outlier_50k");
 }
 
 /* ---- Filtering ---- */

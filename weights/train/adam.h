@@ -24,7 +24,8 @@ double gnp_gradient_clip(float *gradient, size_t count, double limit);
 
 /* The moments after one more gradient (count): running means with 0.9 and 0.999. */
 void gnp_adam_advance(struct gnp_adam *adam, const float *gradient);
-/* Moves a range of parameters by them: parameters -= rate * m / (sqrt(v) + 1e-8), m and v corrected for their start at 0. */
+/* Moves a range of parameters by them: parameters -= rate * m / (sqrt(v) + 1e-8), m and v corrected for their start
+ * at 0. */
 void gnp_adam_move(const struct gnp_adam *adam, double rate, size_t offset, size_t count, float *parameters);
 /* Both, of all parameters. */
 void gnp_adam_update(struct gnp_adam *adam, double rate, const float *gradient, float *parameters);

@@ -40,7 +40,7 @@ struct gnp_loss_rule {
 	double floor;                  /* share of the typical size that denominators have at least */
 	double focus;                  /* weights exp(-r^2 / (2 focus^2)) by the scaled distance r from the centre; 0: equal ones */
 	double most;                   /* terms of curvature count up to this, and pull no more beyond; > 0 */
-	double power;                  /* of terms of many patches together: they count by term^power / power, 0 by their logarithm */
+	double power; /* of terms of many patches together: they count by term^power / power, 0 by their logarithm */
 };
 
 /* Whether it has any term. */
@@ -48,8 +48,8 @@ bool gnp_loss_rule_asks(const struct gnp_loss_rule *rule);
 
 struct gnp_loss_options {
 	struct gnp_loss_rule patch, centre;
-	/* Of the centres of a micro-batch together, and of further points of its patches together: sums of the logarithms of the terms, so
-	 * that a smooth shape and a rough one count alike, or of a power of them. */
+	/* Of the centres of a micro-batch together, and of further points of its patches together: sums of the logarithms
+	 * of the terms, so that a smooth shape and a rough one count alike, or of a power of them. */
 	struct gnp_loss_rule cell, near;
 	size_t points; /* of each patch that `near` is of, evenly from near to far; 1: one of the k/3 nearest */
 };
@@ -75,7 +75,8 @@ struct gnp_loss_sums {
 };
 void gnp_loss_add(struct gnp_loss_sums *sums, double weight, const struct gnp_jet *jet, const struct gnp_jet *truth);
 
-/* sum lambda log(term), or lambda term^power / power, over count points together, of patches of one cloud; the terms and gradient (count) are set. count >= 1. */
+/* sum lambda log(term), or lambda term^power / power, over count points together, of patches of one cloud; the terms
+ * and gradient (count) are set. count >= 1. */
 double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *const *truth,
                      const struct gnp_jet *jets, size_t count, double values[GNP_LOSS_TERMS], struct gnp_jet *gradient);
 

@@ -36,10 +36,11 @@ gnp_status gnp_loss_rule_parse(const char *text, const char *what, struct gnp_lo
 		int found = find_name(word, name);
 		double value = word[name] == '=' ? strtod(word + name + 1, &end) : NAN;
 		if (found < 0 || !end || end != word + length || end == word + name + 1 || !(value >= 0 && value <= 1e6))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                     "%s: got '%.*s', need NAME=NUMBER with a number of 0..1e6 and a name of height, normal, "
-			                     "inverse_metric, second_form, gaussian_curvature, mean_curvature, angle, floor, focus, most, power",
-			                     what, (int)length, word);
+			return gnp_error_set(
+				error, GNP_INVALID_ARGUMENT,
+				"%s: got '%.*s', need NAME=NUMBER with a number of 0..1e6 and a name of height, normal, "
+				"inverse_metric, second_form, gaussian_curvature, mean_curvature, angle, floor, focus, most, power",
+				what, (int)length, word);
 		*value_at(&parsed, found) = value;
 		word = word[length] ? word + length + 1 : NULL;
 	}

@@ -46,8 +46,12 @@ gnp_status gnp_muon_orthogonalize(size_t rows, size_t columns, float *matrix, st
 	size_t count = rows * columns, n = rows < columns ? rows : columns;
 	double square = 0;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
-	struct room room = {rows, columns, n, gnp_scratch_take(scratch, n, n * sizeof *matrix),
-	                    gnp_scratch_take(scratch, n, n * sizeof *matrix), gnp_scratch_take(scratch, count, sizeof *matrix)};
+	struct room room = {rows,
+	                    columns,
+	                    n,
+	                    gnp_scratch_take(scratch, n, n * sizeof *matrix),
+	                    gnp_scratch_take(scratch, n, n * sizeof *matrix),
+	                    gnp_scratch_take(scratch, count, sizeof *matrix)};
 	if (!room.square || !room.mix || !room.next)
 		return gnp_no_memory("muon", count, "entries", error);
 	for (size_t i = 0; i < count; i++)
@@ -73,8 +77,8 @@ struct update {
 	float *parameters;
 };
 
-static gnp_status move_matrix(const struct update *update, const struct gnp_parameter_row *row, struct gnp_scratch *scratch,
-                              struct gnp_error *error)
+static gnp_status move_matrix(const struct update *update, const struct gnp_parameter_row *row,
+                              struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	const float *moment = update->adam->first + row->offset, *gradient = update->gradient + row->offset;
 	float *at = update->parameters + row->offset;
@@ -93,7 +97,8 @@ static gnp_status move_matrix(const struct update *update, const struct gnp_para
 	return status;
 }
 
-static gnp_status move_rows(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status move_rows(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                            struct gnp_error *error)
 {
 	const struct update *update = context;
 	gnp_status status = GNP_OK;

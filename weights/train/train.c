@@ -7,6 +7,7 @@
 
 #include "core/base/memory.h"
 #include "weights/train/muon.h"
+#include "weights/train/train_cells.h"
 #include "weights/train/train_fit.h"
 
 /* Stream of the seed that micro-batches draw from: the step times MICROS_MAX plus the micro-batch is in the low bits. */
@@ -81,102 +82,6 @@ static gnp_status judge_patch(const struct gnp_train *train, const struct gnp_tr
 	return GNP_OK;
 }
 
-/* Points of all patches together, as gnp_loss_cell takes them. */
-struct cell {
-	size_t points, *whose;         /* (points) the patch of each */
-	struct gnp_jet *jets, *gradient;
-	const struct gnp_truth **truth;
-	double *rows;                  /* (points, 6, GNP_BASIS_MAX) of the basis there */
-};
-
-static bool take_cell(size_t most, struct cell *cell, struct gnp_scratch *scratch)
-{
-	*cell = (struct cell){.whose = gnp_scratch_take(scratch, most, sizeof *cell->whose),
-	                      .jets = gnp_scratch_take(scratch, most, sizeof *cell->jets),
-	                      .gradient = gnp_scratch_take(scratch, most, sizeof *cell->gradient),
-	                      .truth = gnp_scratch_take(scratch, most, sizeof *cell->truth),
-	                      .rows = gnp_scratch_take(scratch, most, 6 * GNP_BASIS_MAX * sizeof *cell->rows)};
-	return cell->whose && cell->jets && cell->gradient && cell->truth && cell->rows;
-}
-
-/* Adds a point of a patch: its centre (0), where it was found and not where it came from, or another of its truth. */
-static void add_point(struct cell *cell, struct gnp_basis basis, const struct gnp_train_patches *patches, size_t p, size_t point,
-                      const double *coefficients)
-{
-	const struct gnp_patch *patch = &patches->patches[p];
-	const struct gnp_truth *at = &patches->truth[patches->truth_start[p] + point];
-	double u = point ? at->u : patch->u[0], v = point ? at->v : patch->v[0];
-	cell->jets[cell->points] = gnp_train_fit_jet(basis, coefficients + p * gnp_basis_size(basis), patch, u, v,
-	                                             cell->rows + 6 * GNP_BASIS_MAX * cell->points);
-	cell->truth[cell->points] = at;
-	cell->whose[cell->points++] = p;
-}
-
-/* Point i of `wanted` in a patch of `count` points: evenly from near to far, and further out in some patches than others; of one
- * alone, among the `nearest`. */
-static size_t place_of(size_t i, size_t wanted, size_t p, size_t count, size_t nearest)
-{
-	if (wanted == 1)
-		return (5 * p + 3) % (nearest < count ? nearest : count);
-	return (count - 1) * (i * wanted + (5 * p + 3) % wanted) / (wanted * wanted) + (count > 1);
-}
-
-/* The loss of all points of a cell, and its gradients. */
-static void judge_points(const struct gnp_train *train, const struct gnp_loss_rule *rule, const struct gnp_train_patches *patches,
-                         struct cell *cell, double *dcoefficients, double terms[GNP_LOSS_TERMS], struct share *share)
-{
-	struct gnp_basis basis = train->network->basis;
-	double part = (double)patches->count / (double)train->options.batch, values[GNP_LOSS_TERMS];
-	if (cell->points == 0)
-		return;
-	struct gnp_loss_scale scale = gnp_loss_scale_of(patches->cloud, &patches->patches[0]);
-	share->loss += part * gnp_loss_cell(rule, &scale, cell->truth, cell->jets, cell->points, values, cell->gradient);
-	for (int t = 0; t < GNP_LOSS_TERMS; t++)
-		terms[t] += part * values[t];
-	for (size_t i = 0; i < cell->points; i++) {
-		struct gnp_jet *g = &cell->gradient[i];
-		*g = (struct gnp_jet){part * g->f, part * g->u, part * g->v, part * g->uu, part * g->uv, part * g->vv};
-		gnp_train_fit_back(basis, cell->rows + 6 * GNP_BASIS_MAX * i, g, dcoefficients + cell->whose[i] * gnp_basis_size(basis));
-	}
-}
-
-/* By a rule: the centres of all patches together (wanted = 0), or so many points of each. */
-static gnp_status judge_cell(const struct gnp_train *train, const struct gnp_loss_rule *rule, size_t wanted,
-                             const struct gnp_train_patches *patches, const double *coefficients, double *dcoefficients,
-                             double terms[GNP_LOSS_TERMS], struct share *share, struct gnp_scratch *scratch,
-                             struct gnp_error *error)
-{
-	struct cell cell;
-	if (!gnp_loss_rule_asks(rule))
-		return GNP_OK;
-	if (!take_cell(patches->count * (wanted + 1), &cell, scratch))
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", patches->count);
-	for (size_t p = 0; p < patches->count; p++) {
-		size_t count = patches->truth_start[p + 1] - patches->truth_start[p];
-		if (count > 0 && wanted == 0)
-			add_point(&cell, train->network->basis, patches, p, 0, coefficients);
-		for (size_t i = 0; count > 0 && i < wanted; i++)
-			add_point(&cell, train->network->basis, patches, p, place_of(i, wanted, p, count, train->options.recipe.k / 3),
-			          coefficients);
-	}
-	judge_points(train, rule, patches, &cell, dcoefficients, terms, share);
-	return GNP_OK;
-}
-
-static gnp_status judge_cells(const struct gnp_train *train, const struct gnp_train_patches *patches, const double *coefficients,
-                              double *dcoefficients, struct share *share, struct gnp_scratch *scratch, struct gnp_error *error)
-{
-	const struct gnp_loss_options *loss = &train->options.loss;
-	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
-	gnp_status status = judge_cell(train, &loss->cell, 0, patches, coefficients, dcoefficients, share->terms.cell, share, scratch,
-	                               error);
-	if (status == GNP_OK)
-		status = judge_cell(train, &loss->near, loss->points, patches, coefficients, dcoefficients, share->terms.near, share, scratch,
-		                    error);
-	gnp_scratch_release(scratch, mark);
-	return status;
-}
-
 static gnp_status draw_patches(struct gnp_train *train, size_t micro, struct gnp_scratch *scratch,
                                struct gnp_train_patches *patches, struct gnp_error *error)
 {
@@ -197,6 +102,8 @@ static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_sc
 	size_t size = gnp_basis_size(network->basis), count = train->options.micro;
 	double started = gnp_clock();
 	void *tape;
+	const struct gnp_train_cells cells = {&train->options.loss, network->basis, train->options.batch,
+	                                      train->options.recipe.k};
 	*share = (struct share){0};
 	memset(gradient, 0, network->parameter_count * sizeof *gradient);
 	gnp_status status = draw_patches(train, micro, scratch, &patches, error);
@@ -213,7 +120,8 @@ static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_sc
 	for (size_t p = 0; p < count && status == GNP_OK && each; p++)
 		status = judge_patch(train, &patches, p, coefficients + p * size, dcoefficients + p * size, share, scratch, error);
 	if (status == GNP_OK)
-		status = judge_cells(train, &patches, coefficients, dcoefficients, share, scratch, error);
+		status = gnp_train_cells_judge(&cells, &patches, coefficients, dcoefficients, &share->terms, &share->loss,
+		                               scratch, error);
 	if (status == GNP_OK && network->operations)
 		share->operations = network->operations(network->state, &patches);
 	return status == GNP_OK ? network->backward(network->state, &patches, tape, dcoefficients, gradient, scratch, error) : status;
@@ -284,7 +192,8 @@ static gnp_status move(struct gnp_train *train, double rate, struct gnp_error *e
 	struct gnp_train_state *state = &train->state;
 	gnp_status status = GNP_OK;
 	if (options->orthogonal && train->network->layout)
-		status = gnp_muon_update(train->network->layout, &state->adam, rate, train->gradients, state->parameters, train->pool, error);
+		status = gnp_muon_update(train->network->layout, &state->adam, rate, train->gradients, state->parameters,
+		                         train->pool, error);
 	else
 		gnp_adam_update(&state->adam, rate, train->gradients, state->parameters);
 	state->step++;
@@ -339,7 +248,8 @@ static gnp_status check_options(const struct gnp_train_options *options, const s
 	if (options->data.points <= 2 * seen)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need more than %zu", options->data.points, 2 * seen);
 	if (options->only && (!network->layout || !gnp_layout_find(network->layout, options->only)))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "only: got '%.60s', need a tensor of the network", options->only);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "only: got '%.60s', need a tensor of the network",
+		                     options->only);
 	if (options->average == 0)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "average: got 0 steps, need at least 1");
 	if (!options->steps && !(options->seconds > 0))

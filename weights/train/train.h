@@ -1,7 +1,7 @@
 /* The loop that trains a network: batches of patches, their loss, its gradient, a step.
  *
- * A batch is cut into micro-batches of fixed size, each from one cloud in its turn, which workers take one at a time; their
- * gradients are added in the order of the micro-batches. So a step gives the same bytes whatever the number of
+ * A batch is cut into micro-batches of fixed size, each from one cloud in its turn, which workers take one at a time;
+ * their gradients are added in the order of the micro-batches. So a step gives the same bytes whatever the number of
  * workers, and, since random numbers and clouds follow from the seed and the step, going on from a checkpoint gives
  * the same as never having stopped. */
 #ifndef GNP_WEIGHTS_TRAIN_H
@@ -24,7 +24,7 @@ struct gnp_train_options {
 	double rate, last;   /* the largest rate, and what is left of it in the end as a share */
 	uint64_t warm;       /* steps the rate takes to rise */
 	double clip;         /* largest norm of a gradient */
-	bool orthogonal;     /* matrices of the network's layout, where it has one, take Muon's step (muon.h) instead of Adam's */
+	bool orthogonal;     /* matrices of the network's layout, where it has one, take Muon's step instead of Adam's */
 	const char *only;    /* the one tensor of the network's layout that is trained; NULL: all are */
 	uint64_t average;    /* steps that the result is the running average of; 1: the parameters as they are */
 };

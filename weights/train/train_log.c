@@ -32,8 +32,8 @@ enum { FIRST = 6, KINDS = 4, COLUMNS = FIRST + KINDS * GNP_LOSS_TERMS + GNP_SCOR
 static double *column_of(struct gnp_train_row *row, int column)
 {
 	struct gnp_loss_terms *terms = &row->report.terms;
-	double *const first[FIRST] = {&row->seconds, &row->patches_per_second, &row->report.rate, &row->report.norm, &row->report.loss,
-	                          &row->report.operations};
+	double *const first[FIRST] = {&row->seconds,     &row->patches_per_second, &row->report.rate,
+	                              &row->report.norm, &row->report.loss,        &row->report.operations};
 	double *const kinds[KINDS] = {terms->patch, terms->centre, terms->cell, terms->near};
 	if (column < FIRST)
 		return first[column];
@@ -46,12 +46,14 @@ static double *column_of(struct gnp_train_row *row, int column)
 static void column_name(size_t at, char *name, size_t size)
 {
 	static const char *const kinds[KINDS] = {"patch", "centre", "cell", "near"};
-	static const char *const first[FIRST] = {"seconds", "patches_per_second", "rate", "gradient_norm", "loss", "operations_per_patch"};
+	static const char *const first[FIRST] = {"seconds", "patches_per_second",  "rate", "gradient_norm",
+	                                         "loss",    "operations_per_patch"};
 	int column = (int)at, rest = column - FIRST;
 	if (column < FIRST)
 		snprintf(name, size, "%s", first[column]);
 	else if (rest < KINDS * GNP_LOSS_TERMS)
-		snprintf(name, size, "%s_%s", kinds[rest / GNP_LOSS_TERMS], gnp_loss_name((enum gnp_loss_term)(rest % GNP_LOSS_TERMS)));
+		snprintf(name, size, "%s_%s", kinds[rest / GNP_LOSS_TERMS],
+		         gnp_loss_name((enum gnp_loss_term)(rest % GNP_LOSS_TERMS)));
 	else
 		snprintf(name, size, "watched_%s", gnp_score_name((enum gnp_score)(rest - KINDS * GNP_LOSS_TERMS)));
 }

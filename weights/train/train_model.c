@@ -44,7 +44,8 @@ static void note_steps(struct notes *notes, const struct gnp_train_options *trai
 	if (train->orthogonal)
 		snprintf(add_note(notes, "training_step"), NOTE_BYTES, "muon for matrices, adam for vectors");
 	if (train->average > 1)
-		snprintf(add_note(notes, "training_average"), NOTE_BYTES, "of the last %llu steps", (unsigned long long)train->average);
+		snprintf(add_note(notes, "training_average"), NOTE_BYTES, "of the last %llu steps",
+		         (unsigned long long)train->average);
 	if (train->only)
 		snprintf(add_note(notes, "training_only"), NOTE_BYTES, "%s", train->only);
 }

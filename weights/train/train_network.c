@@ -80,7 +80,8 @@ static gnp_status begin_from(struct state *state, const char *from, const char *
 		return status;
 	describe(&model->architecture, found.name, sizeof found.name);
 	if (strcmp(found.name, name) != 0)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "--from: %.60s is \"%s\", need \"%s\"", from, found.name, name);
+		status =
+			gnp_error_set(error, GNP_INVALID_ARGUMENT, "--from: %.60s is \"%s\", need \"%s\"", from, found.name, name);
 	if (status == GNP_OK && !(state->begin = gnp_array_new(state->layout.total, sizeof *state->begin)))
 		status = gnp_no_memory("training", state->layout.total, "parameters", error);
 	if (status == GNP_OK)

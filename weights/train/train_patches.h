@@ -26,7 +26,8 @@ struct gnp_truth {
 	struct gnp_jet jet; /* height over the plane and derivatives, in length units */
 };
 
-/* Arrays live in scratch. patches[p].u, v, w hold all points of the patch, nearest first; nodes are the first of them. Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
+/* Arrays live in scratch. patches[p].u, v, w hold all points of the patch, nearest first; nodes are the first of them.
+ * Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
 struct gnp_train_patches {
 	const struct gnp_train_cloud *cloud;
 	size_t count;

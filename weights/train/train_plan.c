@@ -29,7 +29,8 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"shells", 0, "LIST", "projection: nearest points in each nested support, ascending, with commas between"},
 	{"k", 0, "N", "neighbours that set a patch's radius (the regime's)"},
 	{"buffer", 0, "X", "nodes out to X times that radius (1.25; pooled under noise 1.5)"},
-	{"delta0-ratio", 0, "X", "smallest height scale in units of that radius (pooled 1e-3, 0.05 under noise; 0.13 at k = 30, 0.1, 0.5)"},
+	{"delta0-ratio", 0, "X",
+     "smallest height scale in units of that radius (pooled 1e-3, 0.05 under noise; 0.13 at k = 30, 0.1, 0.5)"},
 	{"patch", 0, "LIST", "loss over a patch: NAME=FACTOR with commas between, and floor, focus, most"},
 	{"centre", 0, "LIST", "loss at its centre, the same way"},
 	{"cell", 0, "LIST", "loss of a micro-batch's centres together, the same way, by its logarithm"},
@@ -46,7 +47,8 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"micro", 0, "N", "patches a worker takes at a time, of one cloud (pooled 32, 8)"},
 	{"shapes", 0, "N", "shapes to train on (320)"},
 	{"points", 0, "N", "points a shape (100000)"},
-	{"least-noise", 0, "X", "with --most-noise: every other visit has noise between them (projection under noise 1e-4 and 4e-3)"},
+	{"least-noise", 0, "X",
+     "with --most-noise: every other visit has noise between them (projection under noise 1e-4 and 4e-3)"},
 	{"most-noise", 0, "X", "0: all have the regime's"},
 	{"normal-noise", 0, "X", "any: share of noisy clouds whose noise is along the normals (0)"},
 	{"frame-steps", 0, "N", "any: steps for frames before all others (4000)"},
@@ -204,7 +206,8 @@ static gnp_status parse_integers(const struct gnp_arguments *arguments, struct g
 {
 	struct gnp_train_options *train = &plan->run.train;
 	uint64_t k = train->recipe.k, batch = train->batch, micro = train->micro, shapes = train->data.shapes;
-	uint64_t points = train->data.points, window = train->window, near = train->loss.points, watch = plan->run.watch_shapes, centres = plan->run.watch_centres;
+	uint64_t points = train->data.points, window = train->window, near = train->loss.points,
+			 watch = plan->run.watch_shapes, centres = plan->run.watch_centres;
 	const struct {
 		const char *name;
 		uint64_t least, most, *value;
@@ -287,7 +290,8 @@ static gnp_status parse_loss(const struct gnp_arguments *arguments, struct gnp_l
 	return status;
 }
 
-static gnp_status parse_step(const struct gnp_arguments *arguments, struct gnp_train_options *train, struct gnp_error *error)
+static gnp_status parse_step(const struct gnp_arguments *arguments, struct gnp_train_options *train,
+                             struct gnp_error *error)
 {
 	const char *name = gnp_arguments_get(arguments, "step", train->orthogonal ? "muon" : "adam");
 	train->only = gnp_arguments_get(arguments, "only", NULL);

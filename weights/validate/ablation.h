@@ -1,7 +1,7 @@
 /* Models with a part of them taken away, to see what that part does: the weights of a copy are altered, nothing else.
  *
- * Of models with the projection head alone: what the pooled head says is all of its trunk's doing. Models without a part
- * are left out where it is taken away. */
+ * Of models with the projection head alone: what the pooled head says is all of its trunk's doing. Models without a
+ * part are left out where it is taken away. */
 #ifndef GNP_WEIGHTS_ABLATION_H
 #define GNP_WEIGHTS_ABLATION_H
 
@@ -32,8 +32,8 @@ const char *gnp_ablation_help(unsigned part);
 gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool,
                                      float *outputs, struct gnp_error *error);
 
-/* The models that have the part, altered, as a set of their own with the same names (released by the caller): those with
- * the projection head, and a trunk where that is the part; of GNP_ABLATION_NONE all. points: as above. */
+/* The models that have the part, altered, as a set of their own with the same names (released by the caller): those
+ * with the projection head, and a trunk where that is the part; of GNP_ABLATION_NONE all. points: as above. */
 gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablation_part part, size_t points,
                                struct gnp_pool *pool, struct gnp_models **out, struct gnp_error *error);
 

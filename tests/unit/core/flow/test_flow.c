@@ -261,7 +261,8 @@ static void noise_that_breaks_least_squares_does_not_break_the_operator(void)
 
 static void outliers_that_break_least_squares_do_not_break_the_operator(void)
 {
-	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02}, "fit_outlier_50k");
+	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02},
+	            "fit_outlier_50k");
 }
 
 /* ---- What holds of every flow ---- */

@@ -121,9 +121,15 @@ static void the_shells_of_a_projection_are_kept(void)
 /* Its file has no keys of a trunk, and one that has is refused. */
 static void a_model_without_a_trunk_is_kept(void)
 {
-	static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_NONE, .head = GNP_HEAD_PROJECTION, .head_width = 6,
-	                                                     .outputs = 9, .shells = 1, .shell = {50}, .ridge = 1e-12};
-	const struct gnp_safetensors_metadata metadata[] = {{"gnp_format", "1"}, {"head", "projection"}, {"trunk", "none"}, {"width", "8"}};
+	static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_NONE,
+	                                                     .head = GNP_HEAD_PROJECTION,
+	                                                     .head_width = 6,
+	                                                     .outputs = 9,
+	                                                     .shells = 1,
+	                                                     .shell = {50},
+	                                                     .ridge = 1e-12};
+	const struct gnp_safetensors_metadata metadata[] = {
+		{"gnp_format", "1"}, {"head", "projection"}, {"trunk", "none"}, {"width", "8"}};
 	const struct gnp_safetensors_source source = {metadata, 4, NULL, 0};
 	struct gnp_safetensors *file = NULL;
 	struct gnp_model *model = NULL;
@@ -136,8 +142,10 @@ static void a_model_without_a_trunk_is_kept(void)
 	CHECK(gnp_model_load(path, &model, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	if (model) {
-		CHECK(model->architecture.trunk == GNP_TRUNK_NONE && model->architecture.width == 0 && model->architecture.layers == 0);
-		CHECK(!gnp_safetensors_metadata_find(model->file, "width") && !gnp_safetensors_metadata_find(model->file, "quadrature"));
+		CHECK(model->architecture.trunk == GNP_TRUNK_NONE && model->architecture.width == 0 &&
+		      model->architecture.layers == 0);
+		CHECK(!gnp_safetensors_metadata_find(model->file, "width") &&
+		      !gnp_safetensors_metadata_find(model->file, "quadrature"));
 	}
 	gnp_model_free(model);
 	remove_file("n");
@@ -539,15 +547,22 @@ static void the_last_of_many_threads_frees_the_set(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {
-		TEST(a_model_that_was_saved_is_loaded), TEST(a_model_without_a_trunk_is_kept), TEST(the_shells_of_a_projection_are_kept),
-		TEST(a_weighted_model_is_kept_without_a_recipe), TEST(keys_of_patches_are_not_for_the_head_weighted),
-		TEST(shells_that_are_no_list_are_refused), TEST(wrong_metadata_is_refused_by_key), TEST(wrong_tensors_are_refused_by_name),
-		TEST(damaged_headers_are_answered), TEST(what_no_reader_takes_is_not_saved),
-		TEST(names_of_models_are_those_of_their_files),
-		TEST(a_folder_is_a_set_in_the_order_of_names), TEST(one_bad_file_is_no_set),
-		TEST(no_folder_is_an_error_and_an_empty_one_an_empty_set), TEST(what_is_shipped_loads_in_a_fifth_of_a_second),
-		TEST(the_last_of_many_threads_frees_the_set)};
+	static const struct test tests[] = {TEST(a_model_that_was_saved_is_loaded),
+	                                    TEST(a_model_without_a_trunk_is_kept),
+	                                    TEST(the_shells_of_a_projection_are_kept),
+	                                    TEST(a_weighted_model_is_kept_without_a_recipe),
+	                                    TEST(keys_of_patches_are_not_for_the_head_weighted),
+	                                    TEST(shells_that_are_no_list_are_refused),
+	                                    TEST(wrong_metadata_is_refused_by_key),
+	                                    TEST(wrong_tensors_are_refused_by_name),
+	                                    TEST(damaged_headers_are_answered),
+	                                    TEST(what_no_reader_takes_is_not_saved),
+	                                    TEST(names_of_models_are_those_of_their_files),
+	                                    TEST(a_folder_is_a_set_in_the_order_of_names),
+	                                    TEST(one_bad_file_is_no_set),
+	                                    TEST(no_folder_is_an_error_and_an_empty_one_an_empty_set),
+	                                    TEST(what_is_shipped_loads_in_a_fifth_of_a_second),
+	                                    TEST(the_last_of_many_threads_frees_the_set)};
 	strcpy(folder, "/tmp/gnp-model-XXXXXX");
 	if (!mkdtemp(folder))
 		return 1;

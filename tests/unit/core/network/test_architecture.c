@@ -104,8 +104,13 @@ static void check_refusals(const struct gnp_architecture *right, const struct re
 /* The projection head's layers remain; sizes of a trunk that is not there, and a head that needs one, are refused. */
 static void without_a_trunk_there_is_the_head_alone(void)
 {
-	struct gnp_architecture a = {.trunk = GNP_TRUNK_NONE, .head = GNP_HEAD_PROJECTION, .head_width = 64, .outputs = 10, .shells = 2,
-	                             .shell = {40, 80}, .ridge = 1e-6};
+	struct gnp_architecture a = {.trunk = GNP_TRUNK_NONE,
+	                             .head = GNP_HEAD_PROJECTION,
+	                             .head_width = 64,
+	                             .outputs = 10,
+	                             .shells = 2,
+	                             .shell = {40, 80},
+	                             .ridge = 1e-6};
 	struct gnp_error error = {0};
 	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
@@ -151,9 +156,11 @@ static void what_does_not_fit_is_named(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(counts_are_the_published_ones), TEST(tensors_follow_each_other),
+	static const struct test tests[] = {TEST(counts_are_the_published_ones),
+	                                    TEST(tensors_follow_each_other),
 	                                    TEST(the_head_weighted_has_tensors_of_its_own),
 	                                    TEST(what_the_head_weighted_does_not_take_is_named),
-	                                    TEST(what_does_not_fit_is_named), TEST(without_a_trunk_there_is_the_head_alone)};
+	                                    TEST(what_does_not_fit_is_named),
+	                                    TEST(without_a_trunk_there_is_the_head_alone)};
 	return RUN_TESTS(tests);
 }

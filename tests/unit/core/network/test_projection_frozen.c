@@ -1,5 +1,6 @@
-/* Models against another hand's: tests/oracles/oracle_projection.py made tests/oracles/data/projection.npz from every file of weights/ and from three
- * networks of a formula, and says how patches and parameters are made. When a file of weights changes:
+/* Models against another hand's: tests/oracles/oracle_projection.py made tests/oracles/data/projection.npz from every
+ * file of weights/ and from three networks of a formula, and says how patches and parameters are made. When a file of
+ * weights changes:
  * python3 tests/oracles/oracle_projection.py weights */
 #include "core/estimate/projection_fit.h"
 #include "core/fit/legendre.h"

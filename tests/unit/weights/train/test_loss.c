@@ -119,7 +119,8 @@ static void check_cell_gradient(const struct problem *problem, double power)
 			double step = 1e-6 * (1 + fabs(*entry(&up.jets[i], c)));
 			*entry(&up.jets[i], c) += step;
 			*entry(&down.jets[i], c) -= step;
-			CHECK_NEAR(*entry(&gradient[i], c), (cell_of(&up, power, NULL) - cell_of(&down, power, NULL)) / (2 * step), 1e-6);
+			CHECK_NEAR(*entry(&gradient[i], c), (cell_of(&up, power, NULL) - cell_of(&down, power, NULL)) / (2 * step),
+			           1e-6);
 		}
 }
 
@@ -145,7 +146,8 @@ static void cells_count_by_a_power_of_their_error(void)
 		error += d * d;
 		size += problem.truth[i].jet.f * problem.truth[i].jet.f;
 	}
-	CHECK_NEAR(cell_of(&twice, 0.5, NULL) - cell_of(&problem, 0.5, NULL), 0.6 * (sqrt(2) - 1) * sqrt(sqrt(error / size)), 1e-5);
+	CHECK_NEAR(cell_of(&twice, 0.5, NULL) - cell_of(&problem, 0.5, NULL),
+	           0.6 * (sqrt(2) - 1) * sqrt(sqrt(error / size)), 1e-5);
 }
 
 static void the_truth_costs_nothing_and_pulls_nowhere(void)

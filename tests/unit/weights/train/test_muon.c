@@ -109,8 +109,16 @@ static void take_steps_of_adam(const struct gnp_layout *layout, float *parameter
 
 static void matrices_move_by_it_and_vectors_by_adam(void)
 {
-	static const struct gnp_architecture a = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_POOLED, .features = 3, .width = 16,
-	                                          .channels = 4, .neurons = 24, .layers = 2, .quadrature = 8, .head_width = 32, .outputs = 16};
+	static const struct gnp_architecture a = {.trunk = GNP_TRUNK_SEPARABLE,
+	                                          .head = GNP_HEAD_POOLED,
+	                                          .features = 3,
+	                                          .width = 16,
+	                                          .channels = 4,
+	                                          .neurons = 24,
+	                                          .layers = 2,
+	                                          .quadrature = 8,
+	                                          .head_width = 32,
+	                                          .outputs = 16};
 	struct gnp_layout layout;
 	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
 	float *one = malloc(layout.total * sizeof *one), *three = malloc(layout.total * sizeof *three);
@@ -137,8 +145,8 @@ static void matrices_move_by_it_and_vectors_by_adam(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(singular_values_come_near_one), TEST(singular_directions_stay), TEST(zeros_stay_zeros),
-	                                    TEST(matrices_move_by_it_and_vectors_by_adam)};
+	static const struct test tests[] = {TEST(singular_values_come_near_one), TEST(singular_directions_stay),
+	                                    TEST(zeros_stay_zeros), TEST(matrices_move_by_it_and_vectors_by_adam)};
 	gnp_linalg_init();
 	scratch = gnp_scratch_create();
 	int failed = RUN_TESTS(tests);

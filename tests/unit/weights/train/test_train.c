@@ -220,7 +220,8 @@ static void checkpoints_of_other_trainings_are_refused(void)
 	CHECK(gnp_pool_create(1, &pool, NULL) == GNP_OK);
 	options.data.regime = GNP_REGIME_CLEAN_30;
 	CHECK(gnp_train_open(&options, &network, checkpoint, pool, &train, &error) == GNP_INVALID_ARGUMENT);
-	CHECK_CONTAINS(error.text, "it is no file of \"gnp-train-checkpoint 2 parameters 100 regime clean-30 k 30 buffer 1.25 toy\"");
+	CHECK_CONTAINS(error.text,
+	               "it is no file of \"gnp-train-checkpoint 2 parameters 100 regime clean-30 k 30 buffer 1.25 toy\"");
 	options.data.regime = GNP_REGIME_NOISE_70;
 	FILE *file = fopen(checkpoint, "r+b");
 	CHECK(fseek(file, 700, SEEK_SET) == 0 && fputc(1, file) == 1 && fclose(file) == 0);
@@ -305,7 +306,8 @@ static void histories_are_read_back_up_to_a_step(void)
 	CHECK(read.count == 30 && read.rows[29].step == 300 && isnan(read.rows[28].watched[GNP_SCORE_GAUSSIAN]));
 	CHECK_NEAR(read.rows[29].report.loss, 1.0 / 30, 1e-6);
 	CHECK(read.rows[29].report.terms.centre[GNP_LOSS_MEAN] == 30 && read.rows[29].watched[GNP_SCORE_GAUSSIAN] == 0.5);
-	CHECK(read.rows[29].report.terms.near[GNP_LOSS_HEIGHT] == 60 && read.rows[29].report.terms.cell[GNP_LOSS_HEIGHT] == 0);
+	CHECK(read.rows[29].report.terms.near[GNP_LOSS_HEIGHT] == 60 &&
+	      read.rows[29].report.terms.cell[GNP_LOSS_HEIGHT] == 0);
 	CHECK(gnp_train_log_draw(&log, "clean-30", picture, NULL) == GNP_OK);
 	CHECK(gnp_train_log_draw(&none, "nothing yet", picture, NULL) == GNP_OK);
 	CHECK(gnp_train_log_load("/proc/none", 1, &none, NULL) == GNP_OK && none.count == 0);
@@ -385,14 +387,20 @@ static void the_result_is_the_average_of_the_last_steps(void)
 		options.average = average == 10 ? 2 : average;
 		memset(sum, 0, sizeof sum);
 		struct gnp_train *train = open_train(&options, &network, NULL, pool);
-		CHECK(memcmp(gnp_train_state(train)->average, gnp_train_state(train)->parameters, PARAMETERS * sizeof(float)) == 0);
+		CHECK(memcmp(gnp_train_state(train)->average, gnp_train_state(train)->parameters, PARAMETERS * sizeof(float)) ==
+		      0);
 		for (int step = 1; step <= STEPS; step++) {
 			CHECK(gnp_train_step(train, NULL, NULL) == GNP_OK);
 			const struct gnp_train_state *state = gnp_train_state(train);
 			for (int i = 0; i < PARAMETERS; i++) {
 				sum[i] += (double)state->parameters[i];
-				running[i] = step == 1 ? (double)state->parameters[i] : 0.5 * (running[i] + (double)state->parameters[i]);
-				CHECK_NEAR(state->average[i], average == 1 ? (double)state->parameters[i] : average == 10 ? running[i] : sum[i] / step, 1e-6);
+				running[i] =
+					step == 1 ? (double)state->parameters[i] : 0.5 * (running[i] + (double)state->parameters[i]);
+				CHECK_NEAR(state->average[i],
+				           average == 1    ? (double)state->parameters[i]
+				           : average == 10 ? running[i]
+				                           : sum[i] / step,
+				           1e-6);
 			}
 		}
 		gnp_train_close(train);

@@ -145,7 +145,8 @@ static void summaries_are_calibrated(void)
 	struct gnp_projected projected;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	size_t width = gnp_projection_summary(&a);
-	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_network_open(&a, NULL, &network, NULL) == GNP_OK);
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK &&
+	      gnp_train_network_open(&a, NULL, &network, NULL) == GNP_OK);
 	float *parameters = calloc(layout.total, sizeof *parameters);
 	network.initialize(network.state, 5, parameters);
 	CHECK(network.calibrate(network.state, &patches, 1, parameters, scratch, NULL) == GNP_OK);
@@ -236,8 +237,10 @@ static void a_training_begins_from_a_model(void)
 	gnp_initial_parameters(&a, &layout, 9, own);
 	for (size_t i = 0; i < layout.total; i++)
 		own[i] += (float)i;
-	const struct gnp_model_source source = {
-		.architecture = a, .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1}, .regime = "clean", .parameters = own};
+	const struct gnp_model_source source = {.architecture = a,
+	                                        .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1},
+	                                        .regime = "clean",
+	                                        .parameters = own};
 	CHECK(gnp_model_save(path, &source, NULL) == GNP_OK);
 	CHECK(gnp_train_network_open(&a, path, &network, NULL) == GNP_OK && !network.calibrate);
 	network.initialize(network.state, 5, begun);

@@ -110,7 +110,8 @@ static void constant_outputs_are_the_mean_ones(void)
 static void table_1_is_judged_with_every_part(void)
 {
 	const struct gnp_protocol protocol = {.points = POINTS, .shapes = 1, .centres = 50};
-	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL, .regimes = 1u << GNP_REGIME_NOISE_70 | 1u << GNP_REGIME_CLEAN_30};
+	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL,
+	                                  .regimes = 1u << GNP_REGIME_NOISE_70 | 1u << GNP_REGIME_CLEAN_30};
 	struct gnp_table table;
 	struct gnp_ablation_table ablation;
 	struct gnp_error error = {0};
@@ -141,18 +142,43 @@ static void table_1_is_judged_with_every_part(void)
 
 /* ---- The models ---- */
 
-static const struct gnp_architecture with_trunk = {
-	.trunk = GNP_TRUNK_EDGE, .head = GNP_HEAD_PROJECTION, .features = 4, .width = 16, .channels = 4, .neurons = 16, .layers = 2,
-	.quadrature = 16, .head_width = 16, .outputs = 11, .shells = 3, .shell = {60, 120, 240}, .ridge = 2e-5};
-static const struct gnp_architecture without = {
-	.trunk = GNP_TRUNK_NONE, .head = GNP_HEAD_PROJECTION, .head_width = 16, .outputs = 11, .shells = 3, .shell = {60, 120, 240}, .ridge = 2e-5};
-static const struct gnp_architecture pooled = {.trunk = GNP_TRUNK_SEPARABLE, .head = GNP_HEAD_POOLED, .features = 3, .width = 8,
-	.channels = 2, .neurons = 4, .layers = 1, .quadrature = 8, .head_width = 8, .outputs = 16};
+static const struct gnp_architecture with_trunk = {.trunk = GNP_TRUNK_EDGE,
+                                                   .head = GNP_HEAD_PROJECTION,
+                                                   .features = 4,
+                                                   .width = 16,
+                                                   .channels = 4,
+                                                   .neurons = 16,
+                                                   .layers = 2,
+                                                   .quadrature = 16,
+                                                   .head_width = 16,
+                                                   .outputs = 11,
+                                                   .shells = 3,
+                                                   .shell = {60, 120, 240},
+                                                   .ridge = 2e-5};
+static const struct gnp_architecture without = {.trunk = GNP_TRUNK_NONE,
+                                                .head = GNP_HEAD_PROJECTION,
+                                                .head_width = 16,
+                                                .outputs = 11,
+                                                .shells = 3,
+                                                .shell = {60, 120, 240},
+                                                .ridge = 2e-5};
+static const struct gnp_architecture pooled = {.trunk = GNP_TRUNK_SEPARABLE,
+                                               .head = GNP_HEAD_POOLED,
+                                               .features = 3,
+                                               .width = 8,
+                                               .channels = 2,
+                                               .neurons = 4,
+                                               .layers = 1,
+                                               .quadrature = 8,
+                                               .head_width = 8,
+                                               .outputs = 16};
 
 static const struct drawn {
 	const char *name, *regime;
 	const struct gnp_architecture *architecture;
-} drawn[] = {{"fit_noise_70k", "noise", &with_trunk}, {"fit_clean_30k", "clean", &without}, {"fit_clean_50k", "clean", &without},
+} drawn[] = {{"fit_noise_70k", "noise", &with_trunk},
+             {"fit_clean_30k", "clean", &without},
+             {"fit_clean_50k", "clean", &without},
              {"clean_30k_pooled", "clean", &pooled}};
 enum { DRAWN = sizeof drawn / sizeof *drawn };
 
@@ -175,9 +201,10 @@ static bool save(const char *folder, size_t i)
 	const struct gnp_parameter_row *deviation = gnp_layout_find(&layout, "head.deviation");
 	for (size_t p = 0; deviation && p < deviation->count; p++)
 		parameters[deviation->offset + p] = 1;
-	const struct gnp_model_source source = {
-		.architecture = *drawn[i].architecture, .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1},
-		.regime = drawn[i].regime, .parameters = parameters};
+	const struct gnp_model_source source = {.architecture = *drawn[i].architecture,
+	                                        .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1},
+	                                        .regime = drawn[i].regime,
+	                                        .parameters = parameters};
 	path_of(folder, i, path);
 	bool good = gnp_model_save(path, &source, NULL) == GNP_OK;
 	free(parameters);

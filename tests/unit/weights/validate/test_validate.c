@@ -10,7 +10,8 @@ enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 static char folder[64];       /* of the weights */
-static struct gnp_models *models; /* the regimes' with the pooled head, and with the projection head fit_noise_70k alone */
+/* The regimes' with the pooled head, and with the projection head fit_noise_70k alone. */
+static struct gnp_models *models;
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
 {
@@ -281,8 +282,10 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 	struct gnp_error error = {0};
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_INVALID_ARGUMENT && !table.errors);
-	CHECK_STRING(error.text, "gnp in clean-30: weights: got \"fit_clean_30k\", known: clean_30k_pooled, clean_50k_pooled, fit_noise_70k, "
-	                         "noise_70k_pooled, outlier_50k_pooled");
+	CHECK_STRING(
+		error.text,
+		"gnp in clean-30: weights: got \"fit_clean_30k\", known: clean_30k_pooled, clean_50k_pooled, fit_noise_70k, "
+		"noise_70k_pooled, outlier_50k_pooled");
 	gnp_selection_restrict(&selection, models);
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
@@ -494,7 +497,8 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 
 /* ---- Weights: untrained, but the projection head starts as plain least squares ---- */
 
-static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "fit_noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
+static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "fit_noise_70k", "noise_70k_pooled",
+                                    "outlier_50k_pooled"};
 enum { FILES_COUNT = sizeof FILES / sizeof FILES[0] };
 
 static void weights_path(int i, char path[128])
