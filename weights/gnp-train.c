@@ -31,7 +31,7 @@ static gnp_status run_in(const struct gnp_train_plan *plan, struct gnp_session *
 	atomic_store(&session->progress.phase, "shapes");
 	if (plan->prepare)
 		return gnp_train_data_ensure(&plan->run.train.data, plan->run.watch_shapes, session->pool, &session->task, error);
-	gnp_status status = gnp_train_network_open(&plan->architecture, &network, error);
+	gnp_status status = gnp_train_network_open(&plan->architecture, plan->from, &network, error);
 	if (status != GNP_OK)
 		return status;
 	status = train_and_write(plan, &network, session, error);

@@ -78,10 +78,12 @@ static gnp_status warn_of_detail(const struct work *work, bool standard_errors, 
 		                 "standard errors, which hold the scatter alone: take them for weights, not for bounds",
 		                 residual, SCATTER);
 	if (residual > BLUR_LEAST && residual > BLUR * small)
-		gnp_warnings_add(warnings, GNP_WARNING_DETAIL,
-		                 "fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
-		                 "is %g times that: detail is taken for noise, take a clean model (weights=clean_30k) or estimator=adaptive",
-		                 residual, GNP_BELIEF_NEAR, small, BLUR);
+		gnp_warnings_add(
+			warnings, GNP_WARNING_DETAIL,
+			"fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
+			"is %g times that: detail is taken for noise, take a clean model (weights=fit_clean_30k) or "
+		    "estimator=adaptive",
+			residual, GNP_BELIEF_NEAR, small, BLUR);
 	else if (creases > CREASES_MOST)
 		gnp_warnings_add(warnings, GNP_WARNING_DETAIL,
 		                 "at %.1f %% of %zu sampled points fits leave more than %g times of what quadratics of the %d "
@@ -98,11 +100,13 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	double *values = gnp_array_new(work->sample.count, sizeof *values);
 	if (!values)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "belief: no memory for %zu points", work->sample.count);
-	gnp_warnings_add(warnings, GNP_WARNING_NORMALS,
-	                 "%.1f %% of %zu sampled points have normals more than %d degrees off the plane of their nearest points "
-	                 "that span two directions (%.0f at the median), the limit is %d %%: take estimator=adaptive or weights=noise_70k",
-	                 tilts, work->sample.count, GNP_BELIEF_TILT, gnp_belief_sample_median(&work->sample, spanned_at, work, values),
-		                 GNP_BELIEF_TILTED_MOST);
+	gnp_warnings_add(
+		warnings, GNP_WARNING_NORMALS,
+		"%.1f %% of %zu sampled points have normals more than %d degrees off the plane of their nearest points "
+		"that span two directions (%.0f at the median), the limit is %d %%: take estimator=adaptive or "
+	    "weights=fit_noise_70k",
+		tilts, work->sample.count, GNP_BELIEF_TILT, gnp_belief_sample_median(&work->sample, spanned_at, work, values),
+		GNP_BELIEF_TILTED_MOST);
 	free(values);
 	return GNP_OK;
 }

@@ -8,11 +8,12 @@
 
 enum kind { CHOICE, COUNT, NUMBER, TEXT, SHELLS };
 
-/* Files that must have a key: those of these heads, or none. */
+/* Files that must have a key: those of these heads, or those of any with a trunk, or none. */
 enum {
 	POOLED = 1 << GNP_HEAD_POOLED, PROJECTION = 1 << GNP_HEAD_PROJECTION, WEIGHTED = 1 << GNP_HEAD_WEIGHTED,
 	PATCHED = POOLED | PROJECTION, EVERY = PATCHED | WEIGHTED, OPTIONAL = 0
 };
+enum { TRUNK = 1 << GNP_HEADS };
 
 struct key {
 	const char *name;
@@ -47,12 +48,12 @@ static const struct key keys[] = {
 	{"gnp_format", CHOICE, offsetof(struct gnp_model_description, format), EVERY, 0, 0, format_name},
 	{"head", CHOICE, ARCHITECTURE(head), EVERY, 0, 0, head_name},
 	{"trunk", CHOICE, ARCHITECTURE(trunk), EVERY, 0, 0, trunk_name},
-	{"features", COUNT, ARCHITECTURE(features), EVERY, 1, UINT_MAX, NULL},
-	{"width", COUNT, ARCHITECTURE(width), EVERY, 1, UINT_MAX, NULL},
-	{"channels", COUNT, ARCHITECTURE(channels), EVERY, 1, UINT_MAX, NULL},
-	{"neurons", COUNT, ARCHITECTURE(neurons), EVERY, 1, UINT_MAX, NULL},
-	{"layers", COUNT, ARCHITECTURE(layers), EVERY, 1, UINT_MAX, NULL},
-	{"quadrature", COUNT, ARCHITECTURE(quadrature), EVERY, 1, UINT_MAX, NULL},
+	{"features", COUNT, ARCHITECTURE(features), TRUNK, 1, UINT_MAX, NULL},
+	{"width", COUNT, ARCHITECTURE(width), TRUNK, 1, UINT_MAX, NULL},
+	{"channels", COUNT, ARCHITECTURE(channels), TRUNK, 1, UINT_MAX, NULL},
+	{"neurons", COUNT, ARCHITECTURE(neurons), TRUNK, 1, UINT_MAX, NULL},
+	{"layers", COUNT, ARCHITECTURE(layers), TRUNK, 1, UINT_MAX, NULL},
+	{"quadrature", COUNT, ARCHITECTURE(quadrature), TRUNK, 1, UINT_MAX, NULL},
 	{"head_width", COUNT, ARCHITECTURE(head_width), EVERY, 1, UINT_MAX, NULL},
 	{"outputs", COUNT, ARCHITECTURE(outputs), EVERY, 1, UINT_MAX, NULL},
 	{"node_width", COUNT, ARCHITECTURE(node_width), WEIGHTED, 1, UINT_MAX, NULL},
@@ -98,6 +99,12 @@ bool gnp_model_name_fits(const char *name)
 	static const char allowed[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-";
 	size_t length = strlen(name);
 	return length >= 1 && length <= GNP_MODEL_NAME_MAX && strspn(name, allowed) == length && isalnum((unsigned char)name[0]);
+}
+
+/* Whether a network must have the key. */
+static bool is_asked(const struct key *key, const struct gnp_architecture *architecture)
+{
+	return key->heads == TRUNK ? architecture->trunk != GNP_TRUNK_NONE : key->heads & 1u << architecture->head;
 }
 
 /* ---- From metadata ---- */
@@ -160,12 +167,13 @@ static gnp_status read_key(const struct gnp_safetensors *file, const struct key 
                            struct gnp_error *error)
 {
 	const char *text = gnp_safetensors_metadata_find(file, key->name);
-	unsigned head = 1u << out->architecture.head;
-	if (text && key->heads && !(key->heads & head))
-		return gnp_safetensors_refuse(file, error,
-		                              "metadata \"%s\": got \"%.40s\", need none with the head %s", key->name, text,
-		                          gnp_head_name(out->architecture.head));
-	if (text ? read_value(key, text, out) : !(key->heads & head))
+	const struct gnp_architecture *a = &out->architecture;
+	bool asked = is_asked(key, a), trunk = key->heads == TRUNK;
+	if (text && key->heads && !asked)
+		return gnp_safetensors_refuse(file, error, "metadata \"%s\": got \"%.40s\", need none with the %s %s",
+		                              key->name, text, trunk ? "trunk" : "head",
+		                              trunk ? gnp_trunk_name(a->trunk) : gnp_head_name(a->head));
+	if (text ? read_value(key, text, out) : !asked)
 		return GNP_OK;
 	return refuse(file, key, text, error);
 }
@@ -228,7 +236,7 @@ static bool write_value(const struct key *key, const struct gnp_model_descriptio
 	const void *field = (const char *)description + key->offset;
 	unsigned count;
 	size_t length = 0;
-	if (key->heads && !(key->heads & 1u << architecture->head))
+	if (key->heads && !is_asked(key, architecture))
 		return false;
 	*value = buffer;
 	switch (key->kind) {

@@ -9,7 +9,7 @@
 
 const char *gnp_trunk_name(enum gnp_trunk_kind kind)
 {
-	static const char *const names[GNP_TRUNKS] = {"edge", "separable"};
+	static const char *const names[GNP_TRUNKS] = {"edge", "separable", "none"};
 	return (unsigned)kind < GNP_TRUNKS ? names[kind] : NULL;
 }
 
@@ -52,17 +52,19 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 {
 	unsigned projection = a->head == GNP_HEAD_PROJECTION, weighted = a->head == GNP_HEAD_WEIGHTED;
 	unsigned outputs = a->head == GNP_HEAD_POOLED ? 16 : (unsigned)gnp_projection_outputs(a);
+	unsigned trunk = a->trunk != GNP_TRUNK_NONE;
 	const struct {
 		const char *name;
 		unsigned value, low, high;
 	} rows[] = {{"trunk", (unsigned)a->trunk, 0, GNP_TRUNKS - 1},
 	            {"head", (unsigned)a->head, 0, GNP_HEADS - 1},
-	            {"features", a->features, weighted ? GNP_SUPPORT_FEATURES : 3, weighted ? GNP_SUPPORT_FEATURES : 16},
-	            {"width", a->width, 4, 256},
-	            {"channels", a->channels, 1, a->width},
-	            {"neurons", a->neurons, 4, 1024},
-	            {"layers", a->layers, 1, GNP_LAYERS_MAX},
-	            {"quadrature", a->quadrature, 4, GNP_QUADRATURE_MAX},
+	            {"features", a->features, weighted ? GNP_SUPPORT_FEATURES : 3 * trunk,
+	             weighted ? GNP_SUPPORT_FEATURES : 16 * trunk},
+	            {"width", a->width, 4 * trunk, 256 * trunk},
+	            {"channels", a->channels, trunk, a->width},
+	            {"neurons", a->neurons, 4 * trunk, 1024 * trunk},
+	            {"layers", a->layers, trunk, GNP_LAYERS_MAX * trunk},
+	            {"quadrature", a->quadrature, 4 * trunk, GNP_QUADRATURE_MAX * trunk},
 	            {"head_width", a->head_width, 4, 1024},
 	            {"node_width", a->node_width, weighted ? 4 : 0, weighted ? 1024 : 0},
 	            {"frame_width", a->frame_width, weighted ? 4 : 0, weighted ? 1024 : 0},
@@ -72,7 +74,10 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 		if (rows[i].value < rows[i].low || rows[i].value > rows[i].high)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: got %u, need %u..%u", rows[i].name, rows[i].value,
 			                     rows[i].low, rows[i].high);
-	if (a->width % a->channels)
+	if (!trunk && !projection)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "trunk: got none, the head %s needs one",
+		                     gnp_head_name(a->head));
+	if (trunk && a->width % a->channels)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "width: got %u, need a multiple of the %u channels", a->width,
 		                     a->channels);
 	if (weighted && a->trunk != GNP_TRUNK_SEPARABLE)
@@ -80,7 +85,7 @@ static gnp_status check(const struct gnp_architecture *a, struct gnp_error *erro
 		                     gnp_trunk_name(a->trunk), gnp_trunk_name(GNP_TRUNK_SEPARABLE));
 	if (projection && !(a->ridge >= 1e-15 && a->ridge <= 1))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "ridge: got %g, need 1e-15..1", a->ridge);
-	if (projection && a->features < 4)
+	if (projection && trunk && a->features < 4)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "features: got %u, the projection head's nodes have 4", a->features);
 	return check_shells(a, error);
@@ -183,7 +188,7 @@ gnp_status gnp_architecture_layout(const struct gnp_architecture *architecture, 
 	layout->rows = layout->total = 0;
 	if (architecture->trunk == GNP_TRUNK_EDGE)
 		add_edge(architecture, layout);
-	else
+	else if (architecture->trunk == GNP_TRUNK_SEPARABLE)
 		add_separable(architecture, layout);
 	add_head(architecture, layout);
 	return GNP_OK;

@@ -4,8 +4,9 @@
  * MLP of one hidden layer on both nodes' features with values in blocks of width / channels squared. Trunk `separable`:
  * v_i <- sigma(v_i + mix(k2(x_i) mean_j k1(x_j) v_j)). Head `pooled` (the paper's): mean over the patch and an MLP to
  * Legendre coefficients. Head `projection`: the same mean, with a summary of nested least-squares fits, and an MLP to
- * how the heights are projected onto a basis (projection.h). Head `weighted`: the mean, the nodes' own values and a
- * summary of the support make a weight for every node and how the nodes are projected (weighted_head.h).
+ * how the heights are projected onto a basis (projection.h); with the trunk `none` it sees the summary alone, and all
+ * sizes of a trunk are 0. Head `weighted`: the mean, the nodes' own values and a summary of the support make a weight
+ * for every node and how the nodes are projected (weighted_head.h).
  *
  * All parameters are one flat block of floats. The table below says where each tensor lies in it: files, evaluation,
  * training and its checkpoints all go by it. Names are those of the reference package's state dicts. */
@@ -16,7 +17,7 @@
 
 #include "core/base/status.h"
 
-enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNKS };
+enum gnp_trunk_kind { GNP_TRUNK_EDGE, GNP_TRUNK_SEPARABLE, GNP_TRUNK_NONE, GNP_TRUNKS };
 enum gnp_head_kind { GNP_HEAD_POOLED, GNP_HEAD_PROJECTION, GNP_HEAD_WEIGHTED, GNP_HEADS };
 
 enum { GNP_LAYERS_MAX = 12, GNP_QUADRATURE_MAX = 64, GNP_SHELLS_MAX = 8 };

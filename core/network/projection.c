@@ -153,7 +153,8 @@ void gnp_projection_describe(const struct gnp_architecture *architecture, size_t
 			middle = first;
 	}
 	total = count;
-	fill_nodes(&middle, work, total, radius, architecture->features, nodes);
+	if (architecture->features > 0)
+		fill_nodes(&middle, work, total, radius, architecture->features, nodes);
 }
 
 /* ---- The projection ---- */

@@ -51,7 +51,7 @@ void gnp_projection_gather(const struct gnp_architecture *architecture, const st
 /* summary (gnp_projection_summary): for every nested support the logarithms of the first fit's misfit and of its
  * coefficients' size by order; nodes (GNP_PROJECTION_NODES, features): u, v, y and residual of the middle support's
  * fit, u and v in units of the last shell's radius, at points spread over the shells. k: the neighbours that set the
- * patches. features >= 4 (further ones are 0). */
+ * patches. features >= 4 (further ones are 0), or 0 where no trunk sees the nodes. */
 void gnp_projection_describe(const struct gnp_architecture *architecture, size_t k, const struct gnp_projection *sums,
                              const struct gnp_projection_work *work, float *summary, float *nodes);
 

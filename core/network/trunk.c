@@ -190,7 +190,8 @@ static gnp_status run(const struct gnp_network *network, const struct gnp_networ
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, gnp_scratch_take(scratch, 1, sizeof *pass.tape), NULL, scratch};
-	if (!pass.tape || !forward(&pass, batch, tape != NULL, mean))
+	bool none = network->architecture.trunk == GNP_TRUNK_NONE;
+	if (!pass.tape || (!none && !forward(&pass, batch, tape != NULL, mean)))
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,
 		                     "operator: no memory for %zu nodes", batch->start[batch->patches]);
 	if (nodes)
@@ -294,7 +295,7 @@ gnp_status gnp_trunk_backward(const struct gnp_network *network, const struct gn
 {
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	struct gnp_trunk_pass pass = {network, (struct gnp_trunk_tape *)tape, gradient, scratch};
-	bool done = backward(&pass, dmean, dnodes);
+	bool done = network->architecture.trunk == GNP_TRUNK_NONE || backward(&pass, dmean, dnodes);
 	gnp_scratch_release(scratch, mark);
 	if (!done)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY,

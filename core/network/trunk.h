@@ -6,7 +6,8 @@
  * (quadrature.h); `separable`: z_i = K2(x_i) mean_j K1(x_j) v_j, all nodes being sources. Kernels are never formed:
  * their last layer is linear, and is contracted with values once a source or once a patch (blocks.h). Two layers of
  * the edge trunk cost little more than their hidden activations: the first, whose values are affine in the features,
- * so that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. */
+ * so that an edge counts by (features + 1) moments, and the last, of which the mean is all that is wanted. `none` has
+ * no layers and an empty mean. */
 #ifndef GNP_CORE_TRUNK_H
 #define GNP_CORE_TRUNK_H
 

@@ -16,7 +16,7 @@ struct options {
 };
 
 /* A flow smooths noise away itself; what is taught on noise would not see small features. */
-static const char default_weights[] = "clean_50k";
+static const char default_weights[] = "fit_clean_50k";
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,

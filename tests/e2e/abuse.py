@@ -104,7 +104,7 @@ def mixture():
     text = "\n".join("%.9g %.9g %.9g" % tuple(small[3 * i:3 * i + 3]) for i in range(300)).encode()
     return [
         estimate_request(1500), estimate_request(300, quantities="all"), estimate_request(600, estimator="adaptive"),
-        estimate_request(400, estimator="gnp", weights="clean_30k"),
+        estimate_request(400, estimator="gnp", weights="fit_clean_30k"),
         post("/v1/estimate?estimator=gmls", harness.ply(middle)),
         post("/v1/estimate?estimator=gmls&format=ply", text, Content_Type="text/plain"),
         post("/v1/filter?estimator=gmls", harness.ply(small)),

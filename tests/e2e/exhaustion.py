@@ -96,7 +96,7 @@ def kinds():
         "v2 binary": v2("estimate", [binary], {"estimator": "gmls", "k": 20}),
         "v2 chunked": harness.make_request("POST", "/v1/" + query, b"%x\r\n%s\r\n0\r\n\r\n" % (len(harness.ply(cloud)), harness.ply(cloud)),
                                            {"Transfer-Encoding": "chunked"}),
-        "gnp": v1("estimate?weights=clean_30k", harness.ply(cloud)),
+        "gnp": v1("estimate?weights=fit_clean_30k", harness.ply(cloud)),
         "adaptive": v1("estimate?estimator=adaptive", harness.ply(cloud)),
         "filter": v1("filter?estimator=gmls&project=true", harness.ply(cloud)),
         "flow": v1("flow?estimator=gmls&steps=2", harness.ply(cloud)),

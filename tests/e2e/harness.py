@@ -269,7 +269,7 @@ def edge_weights(scale=0.01, **metadata):
 
 def small_weights():
     """Small models under the names of those that are shipped: what they answer is no geometry, but has its form."""
-    kinds = {"clean_30k": ("30", "clean"), "clean_50k": ("50", "clean"), "outlier_50k": ("50", "outlier"), "noise_70k": ("70", "noise")}
+    kinds = {"fit_clean_30k": ("30", "clean"), "fit_clean_50k": ("50", "clean"), "fit_outlier_50k": ("50", "outlier"), "fit_noise_70k": ("70", "noise")}
     return {name + ".safetensors": edge_weights(k=k, regime=regime) for name, (k, regime) in kinds.items()}
 
 

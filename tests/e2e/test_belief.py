@@ -15,7 +15,7 @@ GNP = os.path.abspath(os.environ.get("GNP", "build/gnp"))
 def trained():
     """A daemon of its own with the models that are shipped."""
     content = {}
-    for name in ("clean_30k", "clean_50k", "noise_70k", "outlier_50k"):
+    for name in ("fit_clean_30k", "fit_clean_50k", "fit_noise_70k", "fit_outlier_50k"):
         with open(os.path.join(WEIGHTS, name + ".safetensors"), "rb") as file:
             content[name + ".safetensors"] = file.read()
     return Server(weights=content)
@@ -96,7 +96,7 @@ def test_clouds_say_what_is_not_to_be_believed():
             found = kinds(ask(server, "estimate", cloud))
             assert wanted <= found, (wanted, found)
         assert "dropped" in kinds(ask(server, "filter", field.noisy_sphere()))
-        head = harness.parse_infer(ask(server, "filter", field.noisy_sphere(), weights="noise_70k", alpha=1))[0]
+        head = harness.parse_infer(ask(server, "filter", field.noisy_sphere(), weights="fit_noise_70k", alpha=1))[0]
         assert head["parameters"]["kept"] > 9900, "what the warning recommends helps"
         rows = array.array("d")
         for i, x in enumerate(field.sphere(500)):
@@ -113,7 +113,7 @@ def test_clouds_say_what_is_not_to_be_believed():
             for operation, more in (("poisson", "source"), ("heat", "initial")):
                 found = kinds(ask(server, operation, cloud, [(more, *heights(cloud))], **({"dt": 1e-3} if operation == "heat" else {})))
                 assert not found - ({"mean"} if operation == "poisson" else set()), (name, operation, found)
-        few = ask(server, "laplacian", field.sphere(120), filter=True, weights="noise_70k")
+        few = ask(server, "laplacian", field.sphere(120), filter=True, weights="fit_noise_70k")
         head, outputs = harness.parse_infer(few)
         assert few.status == 200 and len(outputs["row_offsets"]) == 121 and 0 < len(outputs["kept"]) <= 120, few.headers
 
@@ -158,7 +158,7 @@ def test_the_command_line_says_it_on_standard_error():
     for operation, columns in (("laplacian", []), ("geodesic", []), ("spectrum", []), ("poisson", [("source", twice[2::3])])):
         code, said = run(operation, twice, columns=columns)
         assert code == 1 and "remove duplicates" in said, (operation, code, said)
-    code, said = run("laplacian", field.sphere(120), "--filter", "--weights", "noise_70k")
+    code, said = run("laplacian", field.sphere(120), "--filter", "--weights", "fit_noise_70k")
     assert code == 0, said
     for name in ("sphere", "torus"):
         cloud = getattr(field, name)(3000)

@@ -117,7 +117,7 @@ def test_filter_by_a_model(server):
     """The small models know no geometry, but the way is the same."""
     response = server.post("/v1/filter?alpha=1000000&consensus=false", harness.ply(SPHERE))
     assert response.status == 200, response.text[:300]
-    assert ply_comments(response.body)["weights"] == "outlier_50k"
+    assert ply_comments(response.body)["weights"] == "fit_outlier_50k"
     expect_error(server.post("/v1/filter?weights=nonsense", harness.ply(SPHERE)), 400, "invalid_argument", 'weights: got "nonsense"')
 
 

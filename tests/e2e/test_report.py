@@ -14,8 +14,8 @@ from test_jobs import finished, submit
 BOTH = harness.sphere(600) + harness.floats(x + 5 * (i % 3 == 0) for i, x in enumerate(harness.sphere(600)))
 TWO = harness.ply(BOTH)  # two spheres without normals: each is oriented by itself, which is warned of
 ONE = harness.ply(harness.sphere(600))
-CALL = "estimate?quantities=mean_curvature&weights=clean_30k"
-REAL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "weights", "clean_30k.safetensors")
+CALL = "estimate?quantities=mean_curvature&weights=fit_clean_30k"
+REAL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "weights", "fit_clean_30k.safetensors")
 FORMATS = ("ply", "npy", "npz", "xyz", "csv", "vtk", "json")
 WARNING = "components: normals were estimated and each of 2 separate components is oriented by itself"
 
@@ -23,7 +23,7 @@ WARNING = "components: normals were estimated and each of 2 separate components 
 def trained(**flags):
     """A daemon with a model whose answers warn of nothing but what they should."""
     with open(REAL, "rb") as file:
-        return Server(weights={"clean_30k.safetensors": file.read()}, **flags)
+        return Server(weights={"fit_clean_30k.safetensors": file.read()}, **flags)
 
 
 def of_array(data):
@@ -64,7 +64,7 @@ def check(response, kind, warnings):
     assert response.status == 200, response.text
     assert response.headers["x-gnpd-warnings"] == str(len(warnings)), response.headers
     said = json.loads(response.headers["x-gnpd-parameters"])
-    assert said["estimator"] == "gnp" and said["weights"] == "clean_30k" and len(said["weights_sha256"]) == 64, said
+    assert said["estimator"] == "gnp" and said["weights"] == "fit_clean_30k" and len(said["weights_sha256"]) == 64, said
     assert said.get("warnings", "") == "; ".join(warnings), said
     assert said_in(kind, response.body) in (None, (said["weights_sha256"], warnings)), said_in(kind, response.body)
 
@@ -74,7 +74,7 @@ def test_files_come_with_what_they_say():
         for kind in FORMATS:
             check(server.post("/v1/%s&format=%s" % (CALL, kind), TWO), kind, [WARNING])
             check(server.post("/v1/%s&format=%s" % (CALL, kind), ONE), kind, [])
-        matrix = server.post("/v1/laplacian?format=mtx&weights=clean_30k", ONE)
+        matrix = server.post("/v1/laplacian?format=mtx&weights=fit_clean_30k", ONE)
         assert matrix.status == 200 and matrix.headers["x-gnpd-warnings"].isdigit(), matrix.headers
         digest = json.loads(matrix.headers["x-gnpd-parameters"])["weights_sha256"]
         assert of_comments(matrix.text, "%")["weights_sha256"] == [digest]
@@ -83,7 +83,7 @@ def test_files_come_with_what_they_say():
 def test_tensors_come_with_their_count():
     with trained() as server:
         for cloud, count in ((BOTH, 1), (harness.sphere(600), 0)):
-            headers, body = harness.points_body(cloud, weights="clean_30k")
+            headers, body = harness.points_body(cloud, weights="fit_clean_30k")
             response = server.post("/v2/models/estimate/infer", body, headers)
             assert response.status == 200 and response.headers["x-gnpd-warnings"] == str(count), response.headers
             said = harness.parse_infer(response)[0]["parameters"]

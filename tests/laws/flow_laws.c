@@ -83,7 +83,7 @@ static void report(const char *name, const struct gnp_flow *flow)
 static void sphere(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.steps = 500;
 	options.dt = 1e-4;
 	struct gnp_flow flow = flowed_sample("sphere", 100000, &options);
@@ -99,7 +99,7 @@ static void held_cylinder(void)
 	struct cloud cloud = cylinder(0.5, 1, 0.016);
 	struct gnp_flow_options options = gnp_flow_defaults();
 	double sum = 0, count = 0;
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.steps = 250;
 	options.dt = 2e-4;
 	struct gnp_flow flow = flowed(&(struct gnp_cloud){cloud.count, cloud.points, cloud.normals}, cloud.fixed, &options);
@@ -117,7 +117,7 @@ static void held_cylinder(void)
 static void torus(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.scheme = GNP_FLOW_SEMI_IMPLICIT;
 	options.steps = 2000;
 	struct gnp_flow flow = flowed_sample("torus", 20000, &options);
@@ -132,7 +132,7 @@ static void torus(void)
 static void bumpy_torus(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.steps = 60;
 	options.snapshot_every = 10;
 	struct gnp_flow flow = flowed_sample("bumpy_torus", 20000, &options);
@@ -147,7 +147,7 @@ static void bumpy_torus(void)
 static void kept_ellipsoid(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.scheme = GNP_FLOW_SEMI_IMPLICIT;
 	options.volume = GNP_FLOW_VOLUME_PRESERVE;
 	options.steps = 250;
@@ -163,7 +163,7 @@ static void catenoid(void)
 {
 	struct cloud cloud = cylinder(1, 0.5, 0.03);
 	struct gnp_flow_options options = gnp_flow_defaults();
-	options.estimate = with("clean_50k");
+	options.estimate = with("fit_clean_50k");
 	options.scheme = GNP_FLOW_SEMI_IMPLICIT;
 	options.steps = 200;
 	options.dt = 0.01;
@@ -218,13 +218,15 @@ static void disturbed(const char *name, const struct gnp_sample_options *disturb
 
 static void noisy(void)
 {
-	disturbed("bumpy torus, noise 1e-3", &(struct gnp_sample_options){.count = 100000, .seed = 7, .noise = 1e-3}, "noise_70k");
+	disturbed("bumpy torus, noise 1e-3", &(struct gnp_sample_options){.count = 100000, .seed = 7, .noise = 1e-3},
+	          "fit_noise_70k");
 }
 
 static void contaminated(void)
 {
 	disturbed("bumpy torus, 10 % outliers of 5e-3",
-	          &(struct gnp_sample_options){.count = 100000, .seed = 7, .outlier_fraction = 0.1, .outlier_noise = 5e-3}, "outlier_50k");
+	          &(struct gnp_sample_options){.count = 100000, .seed = 7, .outlier_fraction = 0.1, .outlier_noise = 5e-3},
+	          "fit_outlier_50k");
 }
 
 /* ---- Filtering ---- */
@@ -257,7 +259,7 @@ static void filter(const char *name)
 	struct gnp_filter found;
 	struct gnp_error error = {0};
 	static const double bounds[] = {1e-5, 1e-4, 5e-4};
-	options.estimate = with("outlier_50k");
+	options.estimate = with("fit_outlier_50k");
 	double begun = gnp_clock();
 	if (gnp_filter_run(&cloud, &options, pool, NULL, &found, &error) != GNP_OK)
 		fail("filter", &error);

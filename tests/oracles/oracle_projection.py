@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Models by another hand, in numpy and double: `oracle_projection.py weights` evaluates every weights/*.safetensors, and the two
+"""Models by another hand, in numpy and double: `oracle_projection.py weights` evaluates every weights/*.safetensors, and the three
 networks of formula() that no file holds, on four patches, and writes tests/oracles/data/projection.npz, which
 test_projection_frozen compares with ours. Run it from the root whenever a file of weights changes.
 
@@ -102,6 +102,8 @@ def separable(t, meta, nodes, inner):
 
 
 def trunk(t, meta, nodes, inner):
+    if meta["trunk"] == "none":
+        return np.zeros(0)
     return (edge if meta["trunk"] == "edge" else separable)(t, meta, nodes, inner)
 
 
@@ -151,15 +153,16 @@ def projection(t, meta, p):
     c, misfit = fits[len(shells) // 2][:2]
     spread, radius = np.arange(NODES) * (len(u) - 1) // (NODES - 1), np.sqrt(shells[-1] / k)
     residual = (y - rows(u, v) @ c) / (np.sqrt(misfit) + 1e-15)
-    nodes = np.zeros((NODES, int(meta["features"])), np.float32)
+    nodes = np.zeros((NODES, max(int(meta.get("features", 0)), 4)), np.float32)
     nodes[:, :4] = np.stack([u / radius, v / radius, y / radius, residual.clip(-8, 8)], 1)[spread]
-    x = np.append(trunk(t, meta, nodes, NODES), (summary.astype(float) - t["head.mean"]) / t["head.deviation"])
+    mean = trunk(t, meta, nodes, NODES)
+    x = np.append(mean, (summary.astype(float) - t["head.mean"]) / t["head.deviation"])
     outputs = apply(t, "head.4", relu(apply(t, "head.2", relu(apply(t, "head.0", x)))))
     ridge = np.exp(np.clip(4 * outputs[:DEGREE + 1], -60, 60))
     share = np.exp(-np.cumsum(np.log1p(np.exp(2 * outputs[DEGREE + 1:]))))
     parts = [(a, rows(u[s:e], v[s:e]), y[s:e]) for a, s, e in zip(share, [0] + ends, ends)]
-    return {"coefficients": least(parts, ridge[ORDER] * FACTOR)[0], "outputs": outputs, "summary": summary.astype(float),
-            "mean": x[:int(meta["width"])]}
+    found = {"coefficients": least(parts, ridge[ORDER] * FACTOR)[0], "outputs": outputs, "summary": summary.astype(float)}
+    return {**found, "mean": mean} if len(mean) else found
 
 
 # ---- Which networks ----
@@ -177,10 +180,10 @@ def read(path):
 
 
 def table(meta):
-    features, width, neurons, head = (int(meta[key]) for key in ("features", "width", "neurons", "head_width"))
-    block, shells = width * width // int(meta["channels"]), len(meta["shells"].split(","))
-    layers = [("lift", width, features)]
-    for i in range(int(meta["layers"])):
+    features, width, neurons, head = (int(meta.get(key, 0)) for key in ("features", "width", "neurons", "head_width"))
+    block, shells = width * width // int(meta.get("channels", 1)), len(meta["shells"].split(","))
+    layers = [("lift", width, features)] if width else []
+    for i in range(int(meta.get("layers", 0))):
         if meta["trunk"] == "edge":
             layers += [(f"convs.{i}.nn.layers.0", neurons, 2 * features), (f"convs.{i}.nn.layers.1", block, neurons),
                        (f"mixes.{i}", width, width)]
@@ -202,8 +205,8 @@ def table(meta):
 def formula(kind):
     """Value i of tensor r is bound * (2 u - 1), u = uniform(r)[i], bound 1.7 / sqrt(inputs) or 0.3, rounded to float;
     head.mean -4, head.deviation 3, head.4.bias -1."""
-    meta = dict(trunk=kind, head="projection", features="5", width="12", channels="3", neurons="10", layers="3", quadrature="9",
-                head_width="14", shells="60,120,240", ridge="2e-5", k="30")
+    sizes = dict(features="5", width="12", channels="3", neurons="10", layers="3", quadrature="9") if kind != "none" else {}
+    meta = dict(sizes, trunk=kind, head="projection", head_width="14", shells="60,120,240", ridge="2e-5", k="30")
     tensors = {}
     for row, (name, shape) in enumerate(table(meta)):
         bound = 1.7 / np.sqrt(shape[1]) if len(shape) == 2 else 0.3
@@ -214,7 +217,7 @@ def formula(kind):
 
 
 def main(folder):
-    networks = {"formula_" + kind: formula(kind) for kind in ("edge", "separable")}
+    networks = {"formula_" + kind: formula(kind) for kind in ("edge", "separable", "none")}
     for path in sorted(glob.glob(os.path.join(folder, "*.safetensors"))):
         networks[os.path.basename(path)[:-len(".safetensors")]] = read(path)
     arrays = {}

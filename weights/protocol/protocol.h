@@ -25,7 +25,7 @@ enum gnp_regime { GNP_REGIME_CLEAN_30, GNP_REGIME_CLEAN_50, GNP_REGIME_OUTLIER_5
 
 struct gnp_regime_info {
 	const char *name, *help;
-	const char *weights; /* name of the model trained for it */
+	const char *weights; /* what the names of models trained for it have in common */
 	int k;
 	double noise; /* standard deviation on every point */
 	double outlier_fraction, outlier_noise;

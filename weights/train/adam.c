@@ -40,20 +40,32 @@ double gnp_gradient_clip(float *gradient, size_t count, double limit)
 	return norm;
 }
 
-void gnp_adam_update(struct gnp_adam *adam, double rate, const float *gradient, float *parameters)
+static const double MEAN = 0.9, SQUARE = 0.999;
+
+void gnp_adam_advance(struct gnp_adam *adam, const float *gradient)
 {
-	static const double MEAN = 0.9, SQUARE = 0.999;
-	static const float TINY = 1e-8f;
-	adam->step++;
-	double correct = sqrt(1 - pow(SQUARE, (double)adam->step));
-	float scale = (float)(rate / (1 - pow(MEAN, (double)adam->step))), root = (float)(1 / correct);
 	const float keep_m = (float)MEAN, keep_v = (float)SQUARE, new_m = (float)(1 - MEAN), new_v = (float)(1 - SQUARE);
+	adam->step++;
 	for (size_t i = 0; i < adam->count; i++) {
 		float g = gradient[i];
-		float m = adam->first[i] = keep_m * adam->first[i] + new_m * g;
-		float v = adam->second[i] = keep_v * adam->second[i] + new_v * g * g;
-		parameters[i] -= scale * m / (sqrtf(v) * root + TINY);
+		adam->first[i] = keep_m * adam->first[i] + new_m * g;
+		adam->second[i] = keep_v * adam->second[i] + new_v * g * g;
 	}
+}
+
+void gnp_adam_move(const struct gnp_adam *adam, double rate, size_t offset, size_t count, float *parameters)
+{
+	static const float TINY = 1e-8f;
+	double correct = sqrt(1 - pow(SQUARE, (double)adam->step));
+	float scale = (float)(rate / (1 - pow(MEAN, (double)adam->step))), root = (float)(1 / correct);
+	for (size_t i = offset; i < offset + count; i++)
+		parameters[i] -= scale * adam->first[i] / (sqrtf(adam->second[i]) * root + TINY);
+}
+
+void gnp_adam_update(struct gnp_adam *adam, double rate, const float *gradient, float *parameters)
+{
+	gnp_adam_advance(adam, gradient);
+	gnp_adam_move(adam, rate, 0, adam->count, parameters);
 }
 
 double gnp_rate_factor(uint64_t step, uint64_t warm, double fraction, double last)

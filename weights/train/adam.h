@@ -22,7 +22,12 @@ void gnp_adam_clear(struct gnp_adam *adam);
  * becomes zero. limit > 0. */
 double gnp_gradient_clip(float *gradient, size_t count, double limit);
 
-/* One update, with moments 0.9 and 0.999: parameters -= rate * m / (sqrt(v) + 1e-8), m and v corrected for their start at 0. */
+/* The moments after one more gradient (count): running means with 0.9 and 0.999. */
+void gnp_adam_advance(struct gnp_adam *adam, const float *gradient);
+/* Moves a range of parameters by them: parameters -= rate * m / (sqrt(v) + 1e-8), m and v corrected for their start
+ * at 0. */
+void gnp_adam_move(const struct gnp_adam *adam, double rate, size_t offset, size_t count, float *parameters);
+/* Both, of all parameters. */
 void gnp_adam_update(struct gnp_adam *adam, double rate, const float *gradient, float *parameters);
 
 /* The rate's factor at a step: linear from 0 over the first `warm` steps, and a half cosine over fraction, 0..1 of

@@ -25,11 +25,23 @@ static bool ends_kernel(const char *layer)
 	return ends_with(layer, ".nn.layers.1") || ends_with(layer, ".kernel1.layers.2") || ends_with(layer, ".kernel2.layers.2");
 }
 
+/* 0 and 1: the hidden layers of a separable kernel, of which the first reads coordinates; -1: none of these. */
+static int hidden_of_separable(const char *layer)
+{
+	if (!strstr(layer, ".kernel1.") && !strstr(layer, ".kernel2."))
+		return -1;
+	return ends_with(layer, ".layers.0") ? 0 : ends_with(layer, ".layers.1") ? 1 : -1;
+}
+
 /* The largest size of an entry; a bias goes with the inputs of its layer. */
 static double bound_of(const struct gnp_architecture *architecture, const char *layer, size_t inputs, bool bias)
 {
 	if (ends_kernel(layer))
 		return bias ? 0 : sqrt(3.0 * architecture->channels / ((double)architecture->neurons * architecture->width));
+	if (hidden_of_separable(layer) == 0)
+		return bias ? 1 : sqrt(2);
+	if (hidden_of_separable(layer) == 1)
+		return bias ? 0.1 : sqrt(6 / (double)inputs);
 	if (strcmp(layer, "head.4") == 0)
 		return 0;
 	return 1 / sqrt((double)inputs);

@@ -28,7 +28,7 @@ bool gnp_loss_rule_asks(const struct gnp_loss_rule *rule)
 struct gnp_loss_options gnp_loss_defaults(void)
 {
 	struct gnp_loss_options options = {.patch = {.most = 5}, .centre = {.floor = 1, .most = 5},
-	                                   .cell = {.most = HUGE_VAL}, .near = {.most = HUGE_VAL}};
+	                                   .cell = {.most = HUGE_VAL}, .near = {.most = HUGE_VAL}, .points = 1};
 	options.patch.lambda[GNP_LOSS_HEIGHT] = 1;
 	options.patch.lambda[GNP_LOSS_NORMAL] = 0.5;
 	options.patch.lambda[GNP_LOSS_INVERSE_METRIC] = 0.5;
@@ -213,7 +213,7 @@ static double judge(const struct gnp_loss_rule *rule, const struct gnp_loss_scal
 }
 
 double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *const *truth,
-                     const struct gnp_jet *jets, size_t count, struct gnp_jet *gradient)
+                     const struct gnp_jet *jets, size_t count, double values[GNP_LOSS_TERMS], struct gnp_jet *gradient)
 {
 	struct gnp_loss_sums sums = {{0}, {0}};
 	struct graded graded[GNP_LOSS_TERMS];
@@ -224,8 +224,10 @@ double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_sca
 	grade_all(rule, scale, &sums, graded);
 	for (int t = 0; t < GNP_LOSS_TERMS; t++) {
 		double value = graded[t].value + (t == GNP_LOSS_NORMAL ? TINY * TINY : TINY);
-		loss += rule->lambda[t] * log(value);
-		graded[t].factor /= value;
+		values[t] = graded[t].value;
+		double power = pow(value, rule->power); /* 1 where the power is 0 */
+		loss += rule->lambda[t] * (rule->power > 0 ? power / rule->power : log(value));
+		graded[t].factor *= power / value;
 	}
 	for (size_t i = 0; i < count; i++)
 		add_gradient(graded, w, &jets[i], &truth[i]->jet, &gradient[i]);
@@ -235,7 +237,7 @@ double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_sca
 double gnp_loss_patch(const struct gnp_loss_options *options, const struct gnp_loss_scale *scale, const struct gnp_truth *truth,
                       const struct gnp_jet *jets, size_t count, struct gnp_loss_terms *terms, struct gnp_jet *gradient)
 {
-	struct gnp_loss_terms values;
+	struct gnp_loss_terms values = {.cell = {0}};
 	if (gradient)
 		memset(gradient, 0, count * sizeof *gradient);
 	double loss = judge(&options->patch, scale, truth, jets, count, values.patch, gradient);

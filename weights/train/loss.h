@@ -40,6 +40,7 @@ struct gnp_loss_rule {
 	double floor;                  /* share of the typical size that denominators have at least */
 	double focus;                  /* weights exp(-r^2 / (2 focus^2)) by the scaled distance r from the centre; 0: equal ones */
 	double most;                   /* terms of curvature count up to this, and pull no more beyond; > 0 */
+	double power; /* of terms of many patches together: they count by term^power / power, 0 by their logarithm */
 };
 
 /* Whether it has any term. */
@@ -47,9 +48,10 @@ bool gnp_loss_rule_asks(const struct gnp_loss_rule *rule);
 
 struct gnp_loss_options {
 	struct gnp_loss_rule patch, centre;
-	/* Of the centres of a micro-batch together, and of as many points near them, one a patch: sums of the logarithms of the terms, so
-	 * that a smooth shape and a rough one count alike. */
+	/* Of the centres of a micro-batch together, and of further points of its patches together: sums of the logarithms
+	 * of the terms, so that a smooth shape and a rough one count alike, or of a power of them. */
 	struct gnp_loss_rule cell, near;
+	size_t points; /* of each patch that `near` is of, evenly from near to far; 1: one of the k/3 nearest */
 };
 
 /* The paper's loss over the patch with every lambda 0.5, and |H - H*| / (|H*| + typical) at the centre, terms up to 5. */
@@ -61,9 +63,9 @@ struct gnp_loss_scale {
 };
 struct gnp_loss_scale gnp_loss_scale_of(const struct gnp_train_cloud *cloud, const struct gnp_patch *patch);
 
-/* The terms of the two judgements, before their factors. */
+/* The terms of the judgements, before their factors and logarithms; 0 of those that ask for nothing. */
 struct gnp_loss_terms {
-	double patch[GNP_LOSS_TERMS], centre[GNP_LOSS_TERMS];
+	double patch[GNP_LOSS_TERMS], centre[GNP_LOSS_TERMS], cell[GNP_LOSS_TERMS], near[GNP_LOSS_TERMS];
 };
 
 /* Weighted sums of squares, of differences and of the truth, of each term's quantity; that of angle is |n - n*|^2, whose truth
@@ -73,9 +75,10 @@ struct gnp_loss_sums {
 };
 void gnp_loss_add(struct gnp_loss_sums *sums, double weight, const struct gnp_jet *jet, const struct gnp_jet *truth);
 
-/* sum lambda log(term) over count points together, of as many patches of one cloud; gradient (count) is set. count >= 1. */
+/* sum lambda log(term), or lambda term^power / power, over count points together, of patches of one cloud; the terms
+ * and gradient (count) are set. count >= 1. */
 double gnp_loss_cell(const struct gnp_loss_rule *rule, const struct gnp_loss_scale *scale, const struct gnp_truth *const *truth,
-                     const struct gnp_jet *jets, size_t count, struct gnp_jet *gradient);
+                     const struct gnp_jet *jets, size_t count, double values[GNP_LOSS_TERMS], struct gnp_jet *gradient);
 
 /* The loss of one patch: jets (count) the fit's at the places of truth (count), in length units, the first its centre;
  * count >= 1. gradient (count): d loss / d jet, or NULL. terms may be NULL. */

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "weights/train/muon.h"
+#include "weights/train/train_cells.h"
 #include "weights/train/train_fit.h"
 
 /* Stream of the seed that micro-batches draw from: the step times MICROS_MAX plus the micro-batch is in the low bits. */
@@ -33,7 +35,8 @@ struct gnp_train_options gnp_train_defaults(void)
 {
 	return (struct gnp_train_options){
 		.data = {.shapes = 320, .points = 100000, .seed = 1}, .loss = gnp_loss_defaults(), .seconds = 1200, .batch = 64,
-		.micro = 8, .window = 16, .visit = 32, .rate = 1e-3, .last = 1e-3, .warm = 200, .clip = 1};
+		.micro = 8, .window = 16, .visit = 32, .rate = 1e-3, .last = 1e-3, .warm = 200, .clip = 1,
+		.average = 1};
 }
 
 /* ---- A micro-batch ---- */
@@ -43,6 +46,8 @@ static void add_terms(double scale, const struct gnp_loss_terms *from, struct gn
 	for (int t = 0; t < GNP_LOSS_TERMS; t++) {
 		to->patch[t] += scale * from->patch[t];
 		to->centre[t] += scale * from->centre[t];
+		to->cell[t] += scale * from->cell[t];
+		to->near[t] += scale * from->near[t];
 	}
 }
 
@@ -61,7 +66,6 @@ static gnp_status judge_patch(const struct gnp_train *train, const struct gnp_tr
 	double *rows = gnp_scratch_take(scratch, count, 6 * GNP_BASIS_MAX * sizeof *rows);
 	if (!jets || !gradient || !rows)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for a patch of %zu points", count);
-	memset(dcoefficients, 0, size * sizeof *dcoefficients);
 	if (count) {
 		for (size_t i = 0; i < count; i++)
 			jets[i] = gnp_train_fit_jet(basis, coefficients, patch, truth[i].u, truth[i].v, rows + 6 * GNP_BASIS_MAX * i);
@@ -78,63 +82,14 @@ static gnp_status judge_patch(const struct gnp_train *train, const struct gnp_tr
 	return GNP_OK;
 }
 
-/* The loss of one point of every patch together, of its centre or of one of the `spread` nearest, and its gradients. */
-static gnp_status judge_cell(const struct gnp_train *train, const struct gnp_loss_rule *rule, size_t spread,
-                             const struct gnp_train_patches *patches, const double *coefficients, double *dcoefficients,
-                             struct share *share, struct gnp_scratch *scratch, struct gnp_error *error)
-{
-	struct gnp_basis basis = train->network->basis;
-	size_t size = gnp_basis_size(basis), points = 0, *whose = gnp_scratch_take(scratch, patches->count, sizeof *whose);
-	struct gnp_jet *jets = gnp_scratch_take(scratch, patches->count, 2 * sizeof *jets), *gradient = jets + patches->count;
-	const struct gnp_truth **truth = gnp_scratch_take(scratch, patches->count, sizeof *truth);
-	double *rows = gnp_scratch_take(scratch, patches->count, 6 * GNP_BASIS_MAX * sizeof *rows);
-	double part = (double)patches->count / (double)train->options.batch;
-	if (!whose || !jets || !truth || !rows)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", patches->count);
-	for (size_t p = 0; p < patches->count; p++) {
-		size_t from = patches->truth_start[p], count = patches->truth_start[p + 1] - from;
-		if (count == 0)
-			continue;
-		const struct gnp_truth *at = &patches->truth[from + (spread ? (5 * p + 3) % (spread < count ? spread : count) : 0)];
-		jets[points] = gnp_train_fit_jet(basis, coefficients + p * size, &patches->patches[p], at->u, at->v,
-		                                 rows + 6 * GNP_BASIS_MAX * points);
-		truth[points] = at;
-		whose[points++] = p;
-	}
-	if (points == 0)
-		return GNP_OK;
-	struct gnp_loss_scale scale = gnp_loss_scale_of(patches->cloud, &patches->patches[0]);
-	share->loss += part * gnp_loss_cell(rule, &scale, truth, jets, points, gradient);
-	for (size_t i = 0; i < points; i++) {
-		struct gnp_jet *g = &gradient[i];
-		*g = (struct gnp_jet){part * g->f, part * g->u, part * g->v, part * g->uu, part * g->uv, part * g->vv};
-		gnp_train_fit_back(basis, rows + 6 * GNP_BASIS_MAX * i, g, dcoefficients + whose[i] * size);
-	}
-	return GNP_OK;
-}
-
-static gnp_status judge_cells(const struct gnp_train *train, const struct gnp_train_patches *patches, const double *coefficients,
-                              double *dcoefficients, struct share *share, struct gnp_scratch *scratch, struct gnp_error *error)
-{
-	const struct gnp_loss_options *loss = &train->options.loss;
-	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
-	gnp_status status = GNP_OK;
-	if (gnp_loss_rule_asks(&loss->cell))
-		status = judge_cell(train, &loss->cell, 0, patches, coefficients, dcoefficients, share, scratch, error);
-	if (status == GNP_OK && gnp_loss_rule_asks(&loss->near))
-		status = judge_cell(train, &loss->near, train->options.recipe.k / 3, patches, coefficients, dcoefficients, share, scratch,
-		                    error);
-	gnp_scratch_release(scratch, mark);
-	return status;
-}
-
 static gnp_status draw_patches(struct gnp_train *train, size_t micro, struct gnp_scratch *scratch,
                                struct gnp_train_patches *patches, struct gnp_error *error)
 {
 	const struct gnp_train_options *options = &train->options;
 	struct gnp_random random;
+	uint64_t turn = train->state.step * train->micros + micro;
 	gnp_random_seed(&random, options->data.seed, STREAM_BATCH | (train->state.step * MICROS_MAX + micro));
-	const struct gnp_train_cloud *cloud = gnp_train_window_at(train->window, gnp_random_below(&random, options->window));
+	const struct gnp_train_cloud *cloud = gnp_train_window_at(train->window, (size_t)(turn % options->window));
 	return gnp_train_patches_draw(cloud, &options->recipe, options->micro, &random, scratch, patches, error);
 }
 
@@ -147,6 +102,8 @@ static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_sc
 	size_t size = gnp_basis_size(network->basis), count = train->options.micro;
 	double started = gnp_clock();
 	void *tape;
+	const struct gnp_train_cells cells = {&train->options.loss, network->basis, train->options.batch,
+	                                      train->options.recipe.k};
 	*share = (struct share){0};
 	memset(gradient, 0, network->parameter_count * sizeof *gradient);
 	gnp_status status = draw_patches(train, micro, scratch, &patches, error);
@@ -158,10 +115,13 @@ static gnp_status run_micro(struct gnp_train *train, size_t micro, struct gnp_sc
 	if (!coefficients || !dcoefficients)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", count);
 	status = network->forward(network->state, &patches, coefficients, &tape, scratch, error);
-	for (size_t p = 0; p < count && status == GNP_OK; p++)
+	bool each = gnp_loss_rule_asks(&train->options.loss.patch) || gnp_loss_rule_asks(&train->options.loss.centre);
+	memset(dcoefficients, 0, count * size * sizeof *dcoefficients);
+	for (size_t p = 0; p < count && status == GNP_OK && each; p++)
 		status = judge_patch(train, &patches, p, coefficients + p * size, dcoefficients + p * size, share, scratch, error);
 	if (status == GNP_OK)
-		status = judge_cells(train, &patches, coefficients, dcoefficients, share, scratch, error);
+		status = gnp_train_cells_judge(&cells, &patches, coefficients, dcoefficients, &share->terms, &share->loss,
+		                               scratch, error);
 	if (status == GNP_OK && network->operations)
 		share->operations = network->operations(network->state, &patches);
 	return status == GNP_OK ? network->backward(network->state, &patches, tape, dcoefficients, gradient, scratch, error) : status;
@@ -216,6 +176,33 @@ static gnp_status follow_visits(struct gnp_train *train, struct gnp_error *error
 	return status;
 }
 
+/* Leaves a gradient to the one tensor that is trained. */
+static void keep_only(const struct gnp_train *train)
+{
+	const struct gnp_parameter_row *row = gnp_layout_find(train->network->layout, train->options.only);
+	size_t end = row->offset + row->count;
+	memset(train->gradients, 0, row->offset * sizeof(float));
+	memset(train->gradients + end, 0, (train->network->parameter_count - end) * sizeof(float));
+}
+
+/* Parameters and their average a step on. The average's first steps weigh what those after them do. */
+static gnp_status move(struct gnp_train *train, double rate, struct gnp_error *error)
+{
+	const struct gnp_train_options *options = &train->options;
+	struct gnp_train_state *state = &train->state;
+	gnp_status status = GNP_OK;
+	if (options->orthogonal && train->network->layout)
+		status = gnp_muon_update(train->network->layout, &state->adam, rate, train->gradients, state->parameters,
+		                         train->pool, error);
+	else
+		gnp_adam_update(&state->adam, rate, train->gradients, state->parameters);
+	state->step++;
+	double share = 1 / (double)(state->step < options->average ? state->step : options->average);
+	for (size_t i = 0; i < state->adam.count; i++)
+		state->average[i] += (float)(share * ((double)state->parameters[i] - (double)state->average[i]));
+	return status;
+}
+
 gnp_status gnp_train_step(struct gnp_train *train, struct gnp_train_report *report, struct gnp_error *error)
 {
 	const struct gnp_train_options *options = &train->options;
@@ -231,10 +218,13 @@ gnp_status gnp_train_step(struct gnp_train *train, struct gnp_train_report *repo
 		status = gnp_pool_run(train->pool, NULL, train->network->parameter_count, PARAMETERS_A_CHUNK, add_gradients, train, error);
 	if (status != GNP_OK)
 		return status;
+	if (options->only)
+		keep_only(train);
 	done.norm = gnp_gradient_clip(train->gradients, train->network->parameter_count, options->clip);
 	done.rate = options->rate * gnp_rate_factor(state->step, options->warm, gnp_train_fraction(train), options->last);
-	gnp_adam_update(&state->adam, done.rate, train->gradients, state->parameters);
-	state->step++;
+	status = move(train, done.rate, error);
+	if (status != GNP_OK)
+		return status;
 	state->seconds += gnp_clock() - started;
 	fill_report(train, &done);
 	if (report)
@@ -244,7 +234,8 @@ gnp_status gnp_train_step(struct gnp_train *train, struct gnp_train_report *repo
 
 /* ---- Beginning and end ---- */
 
-static gnp_status check_options(const struct gnp_train_options *options, struct gnp_error *error)
+static gnp_status check_options(const struct gnp_train_options *options, const struct gnp_trainable *network,
+                                struct gnp_error *error)
 {
 	size_t micros = options->micro ? options->batch / options->micro : 0;
 	if (micros == 0 || micros > MICROS_MAX || options->batch % options->micro)
@@ -256,6 +247,11 @@ static gnp_status check_options(const struct gnp_train_options *options, struct 
 	size_t seen = options->recipe.reach > options->recipe.k ? options->recipe.reach : options->recipe.k;
 	if (options->data.points <= 2 * seen)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need more than %zu", options->data.points, 2 * seen);
+	if (options->only && (!network->layout || !gnp_layout_find(network->layout, options->only)))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "only: got '%.60s', need a tensor of the network",
+		                     options->only);
+	if (options->average == 0)
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "average: got 0 steps, need at least 1");
 	if (!options->steps && !(options->seconds > 0))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "training: got no steps and no seconds, need one of them");
 	return gnp_seed_check_training(options->data.shapes, error);
@@ -316,13 +312,15 @@ static gnp_status start(struct gnp_train *train, const char *resume, struct gnp_
 		                               train->pool, &train->window, error);
 	if (status == GNP_OK && !resume && train->network->calibrate)
 		status = calibrate(train, error);
+	if (status == GNP_OK && !resume)
+		memcpy(train->state.average, train->state.parameters, count * sizeof(float));
 	return status;
 }
 
 gnp_status gnp_train_open(const struct gnp_train_options *options, const struct gnp_trainable *network, const char *resume,
                           struct gnp_pool *pool, struct gnp_train **out, struct gnp_error *error)
 {
-	gnp_status status = check_options(options, error);
+	gnp_status status = check_options(options, network, error);
 	struct gnp_train *train = status == GNP_OK ? calloc(1, sizeof *train) : NULL;
 	if (!train)
 		return gnp_error_set(error, status == GNP_OK ? GNP_OUT_OF_MEMORY : status, "training: no memory");

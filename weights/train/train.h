@@ -1,7 +1,7 @@
-/* The loop that trains a network: batches of patches, their loss, its gradient, a step of Adam.
+/* The loop that trains a network: batches of patches, their loss, its gradient, a step.
  *
- * A batch is cut into micro-batches of fixed size, each from one cloud, which workers take one at a time; their
- * gradients are added in the order of the micro-batches. So a step gives the same bytes whatever the number of
+ * A batch is cut into micro-batches of fixed size, each from one cloud in its turn, which workers take one at a time;
+ * their gradients are added in the order of the micro-batches. So a step gives the same bytes whatever the number of
  * workers, and, since random numbers and clouds follow from the seed and the step, going on from a checkpoint gives
  * the same as never having stopped. */
 #ifndef GNP_WEIGHTS_TRAIN_H
@@ -24,6 +24,9 @@ struct gnp_train_options {
 	double rate, last;   /* the largest rate, and what is left of it in the end as a share */
 	uint64_t warm;       /* steps the rate takes to rise */
 	double clip;         /* largest norm of a gradient */
+	bool orthogonal;     /* matrices of the network's layout, where it has one, take Muon's step instead of Adam's */
+	const char *only;    /* the one tensor of the network's layout that is trained; NULL: all are */
+	uint64_t average;    /* steps that the result is the running average of; 1: the parameters as they are */
 };
 
 /* All but the folder, the regime and the network's recipe: 320 shapes of 100,000 points, batches of 64. */
@@ -50,7 +53,7 @@ void gnp_train_close(struct gnp_train *train);
 /* One step. After a failure the training may only be closed. report may be NULL. */
 gnp_status gnp_train_step(struct gnp_train *train, struct gnp_train_report *report, struct gnp_error *error);
 
-/* Steps done, seconds spent, parameters. */
+/* Steps done, seconds spent, parameters and their average. */
 const struct gnp_train_state *gnp_train_state(const struct gnp_train *train);
 /* Share of the training done, 0..1; at 1 there are no more steps to take. */
 double gnp_train_fraction(const struct gnp_train *train);

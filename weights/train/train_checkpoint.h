@@ -7,6 +7,7 @@
 /* Data and random numbers follow from the seed and the step, so the step says where they stand. */
 struct gnp_train_state {
 	float *parameters; /* (adam.count), owned */
+	float *average;    /* (adam.count) of the parameters over the last steps, owned: what a training gives */
 	struct gnp_adam adam;
 	uint64_t step;  /* steps done */
 	double seconds; /* spent on them */

@@ -27,33 +27,35 @@ gnp_status gnp_train_log_add(struct gnp_train_log *log, const struct gnp_train_r
 
 /* ---- Columns: every number of a row but the step ---- */
 
-enum { COLUMNS = 6 + 2 * GNP_LOSS_TERMS + GNP_SCORES };
+enum { FIRST = 6, KINDS = 4, COLUMNS = FIRST + KINDS * GNP_LOSS_TERMS + GNP_SCORES };
 
 static double *column_of(struct gnp_train_row *row, int column)
 {
-	double *const first[6] = {&row->seconds, &row->patches_per_second, &row->report.rate, &row->report.norm, &row->report.loss,
-	                          &row->report.operations};
-	if (column < 6)
+	struct gnp_loss_terms *terms = &row->report.terms;
+	double *const first[FIRST] = {&row->seconds,     &row->patches_per_second, &row->report.rate,
+	                              &row->report.norm, &row->report.loss,        &row->report.operations};
+	double *const kinds[KINDS] = {terms->patch, terms->centre, terms->cell, terms->near};
+	if (column < FIRST)
 		return first[column];
-	column -= 6;
-	if (column < GNP_LOSS_TERMS)
-		return &row->report.terms.patch[column];
-	column -= GNP_LOSS_TERMS;
-	return column < GNP_LOSS_TERMS ? &row->report.terms.centre[column] : &row->watched[column - GNP_LOSS_TERMS];
+	column -= FIRST;
+	if (column < KINDS * GNP_LOSS_TERMS)
+		return &kinds[column / GNP_LOSS_TERMS][column % GNP_LOSS_TERMS];
+	return &row->watched[column - KINDS * GNP_LOSS_TERMS];
 }
 
 static void column_name(size_t at, char *name, size_t size)
 {
-	static const char *const first[6] = {"seconds", "patches_per_second", "rate", "gradient_norm", "loss", "operations_per_patch"};
-	int column = (int)at;
-	if (column < 6)
+	static const char *const kinds[KINDS] = {"patch", "centre", "cell", "near"};
+	static const char *const first[FIRST] = {"seconds", "patches_per_second",  "rate", "gradient_norm",
+	                                         "loss",    "operations_per_patch"};
+	int column = (int)at, rest = column - FIRST;
+	if (column < FIRST)
 		snprintf(name, size, "%s", first[column]);
-	else if (column < 6 + GNP_LOSS_TERMS)
-		snprintf(name, size, "patch_%s", gnp_loss_name((enum gnp_loss_term)(column - 6)));
-	else if (column < 6 + 2 * GNP_LOSS_TERMS)
-		snprintf(name, size, "centre_%s", gnp_loss_name((enum gnp_loss_term)(column - 6 - GNP_LOSS_TERMS)));
+	else if (rest < KINDS * GNP_LOSS_TERMS)
+		snprintf(name, size, "%s_%s", kinds[rest / GNP_LOSS_TERMS],
+		         gnp_loss_name((enum gnp_loss_term)(rest % GNP_LOSS_TERMS)));
 	else
-		snprintf(name, size, "watched_%s", gnp_score_name((enum gnp_score)(column - 6 - 2 * GNP_LOSS_TERMS)));
+		snprintf(name, size, "watched_%s", gnp_score_name((enum gnp_score)(rest - KINDS * GNP_LOSS_TERMS)));
 }
 
 static const struct gnp_history_columns columns = {COLUMNS, column_name};

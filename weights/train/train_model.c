@@ -6,7 +6,7 @@
 #include "core/model/model.h"
 #include "weights/train/loss_rule.h"
 
-enum { NOTES = 12, NOTE_BYTES = 256 };
+enum { NOTES = 16, NOTE_BYTES = 256 };
 
 /* What people want to know of a training. */
 struct notes {
@@ -39,6 +39,17 @@ static void note_watched(struct notes *notes, const struct gnp_train_row *last)
 		                         last->watched[s]);
 }
 
+static void note_steps(struct notes *notes, const struct gnp_train_options *train)
+{
+	if (train->orthogonal)
+		snprintf(add_note(notes, "training_step"), NOTE_BYTES, "muon for matrices, adam for vectors");
+	if (train->average > 1)
+		snprintf(add_note(notes, "training_average"), NOTE_BYTES, "of the last %llu steps",
+		         (unsigned long long)train->average);
+	if (train->only)
+		snprintf(add_note(notes, "training_only"), NOTE_BYTES, "%s", train->only);
+}
+
 static void write_notes(const struct gnp_train_plan *plan, const struct gnp_train_row *last, struct notes *notes)
 {
 	const struct gnp_train_options *train = &plan->run.train;
@@ -54,6 +65,9 @@ static void write_notes(const struct gnp_train_plan *plan, const struct gnp_trai
 		snprintf(add_note(notes, "training_noise"), NOTE_BYTES, "of every other shape %g to %g", data->least_noise, data->most_noise);
 	snprintf(add_note(notes, "training_rate"), NOTE_BYTES, "%g to %g, batches of %zu", train->rate, train->rate * train->last,
 	         train->batch);
+	note_steps(notes, train);
+	if (plan->from)
+		snprintf(add_note(notes, "training_begun_from"), NOTE_BYTES, "%s", plan->from);
 	note_rule(notes, "training_patch", &train->loss.patch);
 	note_rule(notes, "training_centre", &train->loss.centre);
 	note_rule(notes, "training_cell", &train->loss.cell);

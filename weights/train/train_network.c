@@ -2,7 +2,10 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "core/base/memory.h"
+#include "core/model/model.h"
 #include "weights/train/initial.h"
 #include "weights/train/train_head.h"
 
@@ -11,12 +14,16 @@ struct state {
 	struct gnp_layout layout;
 	const struct gnp_train_head *head;
 	struct gnp_network *network; /* of the parameters last taken; NULL before */
+	float *begin;                /* (layout.total) what to begin with; NULL: what is drawn */
 };
 
 static void initialize(const void *context, uint64_t seed, float *parameters)
 {
 	const struct state *state = context;
-	gnp_initial_parameters(&state->architecture, &state->layout, seed, parameters);
+	if (state->begin)
+		memcpy(parameters, state->begin, state->layout.total * sizeof *parameters);
+	else
+		gnp_initial_parameters(&state->architecture, &state->layout, seed, parameters);
 }
 
 static gnp_status calibrate(const void *context, const struct gnp_train_patches *sets, size_t count, float *parameters,
@@ -63,8 +70,28 @@ static void describe(const struct gnp_architecture *a, char *text, size_t size)
 		used += (size_t)snprintf(text + used, size - used, "%s%u", i ? "," : " shells ", a->shell[i]);
 }
 
-gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, struct gnp_trainable *out,
-                                   struct gnp_error *error)
+/* Takes what to begin with from a file; name: what the network must be. */
+static gnp_status begin_from(struct state *state, const char *from, const char *name, struct gnp_error *error)
+{
+	struct gnp_model *model = NULL;
+	struct gnp_trainable found;
+	gnp_status status = gnp_model_load(from, &model, error);
+	if (status != GNP_OK)
+		return status;
+	describe(&model->architecture, found.name, sizeof found.name);
+	if (strcmp(found.name, name) != 0)
+		status =
+			gnp_error_set(error, GNP_INVALID_ARGUMENT, "--from: %.60s is \"%s\", need \"%s\"", from, found.name, name);
+	if (status == GNP_OK && !(state->begin = gnp_array_new(state->layout.total, sizeof *state->begin)))
+		status = gnp_no_memory("training", state->layout.total, "parameters", error);
+	if (status == GNP_OK)
+		memcpy(state->begin, model->network->parameters, state->layout.total * sizeof *state->begin);
+	gnp_model_free(model);
+	return status;
+}
+
+gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, const char *from,
+                                  struct gnp_trainable *out, struct gnp_error *error)
 {
 	struct gnp_trainable network = {.initialize = initialize, .load = load, .forward = forward, .backward = backward,
 	                                    .operations = operations};
@@ -72,16 +99,19 @@ gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, s
 	if (!state)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory");
 	*state = (struct state){.architecture = *architecture, .head = gnp_train_head_at(architecture->head)};
+	network.state = state;
+	describe(architecture, network.name, sizeof network.name);
 	gnp_status status = gnp_architecture_layout(architecture, &state->layout, error);
+	if (status == GNP_OK && from)
+		status = begin_from(state, from, network.name, error);
 	if (status != GNP_OK) {
-		free(state);
+		gnp_train_network_close(&network);
 		return status;
 	}
-	describe(architecture, network.name, sizeof network.name);
-	network.state = state;
+	network.layout = &state->layout;
 	network.parameter_count = state->layout.total;
 	network.basis = state->head->basis;
-	network.calibrate = state->head->calibrate ? calibrate : NULL;
+	network.calibrate = state->head->calibrate && !from ? calibrate : NULL;
 	*out = network;
 	return GNP_OK;
 }
@@ -89,8 +119,10 @@ gnp_status gnp_train_network_open(const struct gnp_architecture *architecture, s
 void gnp_train_network_close(struct gnp_trainable *network)
 {
 	struct state *state = network->state;
-	if (state)
+	if (state) {
 		gnp_network_free(state->network);
+		free(state->begin);
+	}
 	free(state);
 	*network = (struct gnp_trainable){.state = NULL};
 }

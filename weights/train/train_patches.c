@@ -7,21 +7,6 @@
 /* Least cosine between a normal and psi3 at which the surface counts as a graph over the patch's plane. */
 static const double UPRIGHT = 0.2;
 
-static void turn_patch(struct gnp_patch *patch, double angle)
-{
-	double c = cos(angle), s = sin(angle), psi1[3];
-	for (int i = 0; i < 3; i++) {
-		psi1[i] = c * patch->frame[0][i] + s * patch->frame[1][i];
-		patch->frame[1][i] = c * patch->frame[1][i] - s * patch->frame[0][i];
-		patch->frame[0][i] = psi1[i];
-	}
-	for (size_t i = 0; i < patch->buffer_count; i++) {
-		double u = c * patch->u[i] + s * patch->v[i];
-		patch->v[i] = c * patch->v[i] - s * patch->u[i];
-		patch->u[i] = u;
-	}
-}
-
 /* II of the tangents a and b, both in space. */
 static double form_at(const float s[6], const double a[3], const double b[3])
 {
@@ -108,7 +93,7 @@ static gnp_status find(const struct gnp_train_cloud *cloud, const struct gnp_tra
 
 /* Patch p, from its row of found points; uvw: (row, 3) room for its coordinates. */
 static gnp_status build_one(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe,
-                            const struct gnp_neighborhoods *found, size_t p, uint32_t centre, double turn, double *uvw,
+                            const struct gnp_neighborhoods *found, size_t p, uint32_t centre, double *uvw,
                             struct gnp_train_patches *out, struct gnp_error *error)
 {
 	const struct gnp_patch_source source = {.points = cloud->prepared.points, .normals = cloud->prepared.normals,
@@ -119,7 +104,6 @@ static gnp_status build_one(const struct gnp_train_cloud *cloud, const struct gn
 	gnp_status status = gnp_patch_build(&source, found, p, centre, uvw, uvw + length, uvw + 2 * length, patch, error);
 	if (status != GNP_OK)
 		return status;
-	turn_patch(patch, turn);
 	while (nodes < length && distance[nodes] <= recipe->buffer * patch->epsilon)
 		nodes++;
 	fill_nodes(patch, nodes, out->nodes + 3 * out->start[p]);
@@ -130,7 +114,7 @@ static gnp_status build_one(const struct gnp_train_cloud *cloud, const struct gn
 }
 
 gnp_status gnp_train_patches_build(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe,
-                                   const uint32_t *centres, const double *turn, size_t count, struct gnp_scratch *scratch,
+                                   const uint32_t *centres, size_t count, struct gnp_scratch *scratch,
                                    struct gnp_train_patches *out, struct gnp_error *error)
 {
 	struct gnp_neighborhoods found;
@@ -143,7 +127,7 @@ gnp_status gnp_train_patches_build(const struct gnp_train_cloud *cloud, const st
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for patches of %zu points", found.start[count]);
 	status = reserve(count, found.start[count], scratch, out, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
-		status = build_one(cloud, recipe, &found, p, centres[p], turn[p], uvw + 3 * found.start[p], out, error);
+		status = build_one(cloud, recipe, &found, p, centres[p], uvw + 3 * found.start[p], out, error);
 	return status;
 }
 
@@ -161,12 +145,9 @@ gnp_status gnp_train_patches_draw(const struct gnp_train_cloud *cloud, const str
                                   struct gnp_error *error)
 {
 	uint32_t *centres = gnp_scratch_take(scratch, count, sizeof *centres);
-	double *turn = gnp_scratch_take(scratch, count, sizeof *turn);
-	if (!centres || !turn)
+	if (!centres)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "training: no memory for %zu patches", count);
-	for (size_t p = 0; p < count; p++) {
+	for (size_t p = 0; p < count; p++)
 		centres[p] = draw_centre(cloud, random);
-		turn[p] = 2 * M_PI * gnp_random_uniform(random);
-	}
-	return gnp_train_patches_build(cloud, recipe, centres, turn, count, scratch, out, error);
+	return gnp_train_patches_build(cloud, recipe, centres, count, scratch, out, error);
 }

@@ -1,6 +1,6 @@
 /* Patches to train on, with the truth at their points.
  *
- * Built as those of estimation (patch.h) and then turned in their plane by a random angle. The truth at a point is
+ * Built as those of estimation (patch.h), in the frames that it gives them. The truth at a point is
  * that of the place on the surface it was displaced from: its coordinates and the jet of the surface's height over the
  * patch's plane, from which every quantity follows as it does from a fit's. */
 #ifndef GNP_WEIGHTS_TRAIN_PATCHES_H
@@ -26,7 +26,8 @@ struct gnp_truth {
 	struct gnp_jet jet; /* height over the plane and derivatives, in length units */
 };
 
-/* Arrays live in scratch. patches[p].u, v, w hold all points of the patch, nearest first; nodes are the first of them. Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
+/* Arrays live in scratch. patches[p].u, v, w hold all points of the patch, nearest first; nodes are the first of them.
+ * Rows of nodes: patch p has start[p] to start[p + 1], its first inner[p] within epsilon. */
 struct gnp_train_patches {
 	const struct gnp_train_cloud *cloud;
 	size_t count;
@@ -40,12 +41,12 @@ struct gnp_train_patches {
 	                            patch whose centre does not count has none */
 };
 
-/* The patches of these points of the cloud (prepared order); turn: the patches' angles [radian]. */
+/* The patches of these points of the cloud (prepared order). */
 gnp_status gnp_train_patches_build(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe,
-                                   const uint32_t *centres, const double *turn, size_t count, struct gnp_scratch *scratch,
+                                   const uint32_t *centres, size_t count, struct gnp_scratch *scratch,
                                    struct gnp_train_patches *out, struct gnp_error *error);
 
-/* Patches about random points that are no outliers, turned at random. */
+/* Patches about random points that are no outliers. */
 gnp_status gnp_train_patches_draw(const struct gnp_train_cloud *cloud, const struct gnp_train_recipe *recipe, size_t count,
                                   struct gnp_random *random, struct gnp_scratch *scratch, struct gnp_train_patches *out,
                                   struct gnp_error *error);

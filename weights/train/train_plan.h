@@ -10,6 +10,7 @@ struct gnp_train_plan {
 	struct gnp_train_run_options run;
 	struct gnp_architecture architecture;
 	const char *output;   /* the model to write; NULL: only shapes are prepared */
+	const char *from;     /* the model to begin with; NULL: with parameters that are drawn */
 	bool prepare;
 	uint64_t workers;
 	char folder[64];      /* room for what run.folder says by default */

@@ -40,6 +40,8 @@ static void add_report(const struct gnp_train_report *report, double scale, stru
 	for (int t = 0; t < GNP_LOSS_TERMS; t++) {
 		sums->terms.patch[t] += scale * report->terms.patch[t];
 		sums->terms.centre[t] += scale * report->terms.centre[t];
+		sums->terms.cell[t] += scale * report->terms.cell[t];
+		sums->terms.near[t] += scale * report->terms.near[t];
 	}
 	sums->rate = report->rate;
 }
@@ -57,11 +59,12 @@ static struct gnp_train_row make_row(const struct running *running, double now)
 	return row;
 }
 
-static void print_terms(FILE *lines, const char *name, const double *terms, const double *lambda)
+static void print_terms(FILE *lines, const char *name, const double *terms, const struct gnp_loss_rule *rule)
 {
-	fprintf(lines, "; %s", name);
+	if (gnp_loss_rule_asks(rule))
+		fprintf(lines, "; %s", name);
 	for (int t = 0; t < GNP_LOSS_TERMS; t++)
-		if (lambda[t] > 0)
+		if (rule->lambda[t] > 0)
 			fprintf(lines, " %s %.3g", gnp_loss_name((enum gnp_loss_term)t), terms[t]);
 }
 
@@ -81,8 +84,9 @@ static void print_row(const struct running *running, const struct gnp_train_row 
 	if (!lines)
 		return;
 	fprintf(lines, "step %llu: loss %.4g", (unsigned long long)row->step, row->report.loss);
-	print_terms(lines, "patch", row->report.terms.patch, loss->patch.lambda);
-	print_terms(lines, "centre", row->report.terms.centre, loss->centre.lambda);
+	print_terms(lines, "patch", row->report.terms.patch, &loss->patch);
+	print_terms(lines, "centre", row->report.terms.centre, &loss->centre);
+	print_terms(lines, "cell", row->report.terms.cell, &loss->cell);
 	fprintf(lines, "; gradient %.2g, rate %.2g; %.0f patches/s", row->report.norm, row->report.rate, row->patches_per_second);
 	if (row->report.operations > 0)
 		fprintf(lines, ", %.0f%% of sgemm's %.0f GFLOP/s", 100 * row->report.operations * row->patches_per_second / running->sgemm,
@@ -103,7 +107,7 @@ static gnp_status write_row(struct running *running, bool watch, struct gnp_erro
 	struct gnp_train_row row = make_row(running, now);
 	gnp_status status = GNP_OK;
 	if (watch && running->watch)
-		status = gnp_train_watch_run(running->watch, gnp_train_state(running->train)->parameters, row.watched, error);
+		status = gnp_train_watch_run(running->watch, gnp_train_state(running->train)->average, row.watched, error);
 	if (watch && status == GNP_OK) /* others use this machine too: the yardstick changes */
 		status = gnp_sgemm_rate(running->pool, &running->sgemm, error);
 	if (status != GNP_OK)
@@ -199,7 +203,7 @@ gnp_status gnp_train_run(const struct gnp_train_run_options *options, const stru
 	if (status == GNP_OK)
 		status = gnp_train_log_draw(&running.log, title, running.files.curve, error);
 	if (status == GNP_OK) {
-		memcpy(parameters, gnp_train_state(running.train)->parameters, network->parameter_count * sizeof *parameters);
+		memcpy(parameters, gnp_train_state(running.train)->average, network->parameter_count * sizeof *parameters);
 		*last = running.log.count ? running.log.rows[running.log.count - 1] : (struct gnp_train_row){0};
 	}
 	gnp_train_watch_close(running.watch);

@@ -104,11 +104,10 @@ static gnp_status watch_centres(struct gnp_train_watch *watch, size_t shape, siz
 	const struct gnp_trainable *network = watch->network;
 	size_t from = shape * watch->centres + first, size = gnp_basis_size(network->basis);
 	struct gnp_train_patches patches;
-	double turn[PATCHES_A_CHUNK] = {0};
 	double *coefficients = gnp_scratch_take(scratch, count, size * sizeof *coefficients);
 	if (!coefficients)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "watched shapes: no memory for %zu patches", count);
-	gnp_status status = gnp_train_patches_build(&watch->clouds[shape], &watch->recipe, watch->at + from, turn, count, scratch,
+	gnp_status status = gnp_train_patches_build(&watch->clouds[shape], &watch->recipe, watch->at + from, count, scratch,
 	                                            &patches, error);
 	if (status == GNP_OK)
 		status = network->forward(network->state, &patches, coefficients, NULL, scratch, error);

@@ -4,11 +4,13 @@
 #define GNP_WEIGHTS_TRAINABLE_H
 
 #include "core/fit/legendre.h"
+#include "core/network/architecture.h"
 #include "weights/train/train_patches.h"
 
 struct gnp_trainable {
 	char name[160];         /* tells it from networks whose parameters it could not take */
 	size_t parameter_count;
+	const struct gnp_layout *layout; /* of its parameters; NULL: they are no tensors */
 	struct gnp_basis basis; /* h = scale_w sum_i c_i phi_i(u, v) */
 	void *state;
 	/* Fresh parameters (parameter_count) for a seed. */

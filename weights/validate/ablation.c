@@ -212,8 +212,11 @@ gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t point
 bool gnp_ablation_has(const struct gnp_model *model, enum gnp_ablation_part part)
 {
 	bool weighted = model->architecture.head == GNP_HEAD_WEIGHTED;
+	bool trunk = part == GNP_ABLATION_REMOVED || part == GNP_ABLATION_RANDOM;
 	if (part == GNP_ABLATION_NONE)
 		return true;
+	if (trunk && model->architecture.trunk == GNP_TRUNK_NONE)
+		return false;
 	return weighted || (part != GNP_ABLATION_WEIGHTS && model->architecture.head == GNP_HEAD_PROJECTION);
 }
 

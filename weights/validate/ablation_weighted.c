@@ -9,7 +9,7 @@
 #include "core/estimate/weighted_fit.h"
 #include "core/network/frame_choice.h"
 #include "core/network/weighted_head.h"
-#include "core/shapes/solid.h"
+#include "core/solids/solid.h"
 #include "weights/protocol/protocol.h"
 
 enum { BATCH = GNP_WEIGHTED_BATCH, OUTPUTS = GNP_WEIGHTED_OUTPUTS, POINTS = 4000, SURVEYED = 400 };

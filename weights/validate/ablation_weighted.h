@@ -6,7 +6,7 @@
 #include "core/base/pool.h"
 #include "core/model/model.h"
 
-/* A body of every kind (core/shapes/solid.h) of at most so many points, even or random, in lines or uneven, with
+/* A body of every kind (core/solids/solid.h) of at most so many points, even or random, in lines or uneven, with
  * noise of 0 to 2 spacings; its seeds are none of those that training is watched by. outputs (GNP_WEIGHTED_OUTPUTS)
  * out. */
 gnp_status gnp_ablation_weighted_outputs(const struct gnp_model *model, size_t points, struct gnp_pool *pool,

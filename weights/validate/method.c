@@ -3,11 +3,11 @@
 #include <stdio.h>
 
 static const struct gnp_method_info methods[GNP_METHODS] = {
-	[GNP_METHOD_GNP] = {"gnp", GNP_ESTIMATOR_GNP, true, NULL},
-	[GNP_METHOD_FIT] = {"fit", GNP_ESTIMATOR_GNP, false, ""},
-	[GNP_METHOD_POOLED] = {"pooled", GNP_ESTIMATOR_GNP, false, "_pooled"},
-	[GNP_METHOD_GMLS] = {"gmls", GNP_ESTIMATOR_GMLS, false, NULL},
-	[GNP_METHOD_ADAPTIVE] = {"adaptive", GNP_ESTIMATOR_ADAPTIVE, false, NULL},
+	[GNP_METHOD_GNP] = {"gnp", GNP_ESTIMATOR_GNP, true, NULL, NULL},
+	[GNP_METHOD_FIT] = {"fit", GNP_ESTIMATOR_GNP, false, "fit_", ""},
+	[GNP_METHOD_POOLED] = {"pooled", GNP_ESTIMATOR_GNP, false, "", "_pooled"},
+	[GNP_METHOD_GMLS] = {"gmls", GNP_ESTIMATOR_GMLS, false, NULL, NULL},
+	[GNP_METHOD_ADAPTIVE] = {"adaptive", GNP_ESTIMATOR_ADAPTIVE, false, NULL, NULL},
 };
 
 const struct gnp_method_info *gnp_method_info(enum gnp_method method)
@@ -38,9 +38,9 @@ gnp_status gnp_method_model(enum gnp_method method, enum gnp_regime regime, cons
 		                            "%s in %s: none of the %zu models is for any cloud (head %s)", info->name, in->name,
 		                            gnp_models_count(models), gnp_head_name(GNP_HEAD_WEIGHTED));
 	}
-	if (!info->suffix)
+	if (!info->before)
 		return GNP_OK;
-	snprintf(name, sizeof name, "%s%s", in->weights, info->suffix);
+	snprintf(name, sizeof name, "%s%s%s", info->before, in->weights, info->behind);
 	gnp_status status = gnp_models_find(models, name, out, &why);
 	return status == GNP_OK ? status : gnp_error_set(error, status, "%s in %s: %s", info->name, in->name, why.text);
 }

@@ -20,8 +20,8 @@ enum gnp_method {
 struct gnp_method_info {
 	const char *name;
 	enum gnp_estimator_kind estimator;
-	bool any;           /* its weights are those for any cloud */
-	const char *suffix; /* else they are named as the regime's, with this behind; NULL: it uses none */
+	bool any;                    /* its weights are those for any cloud */
+	const char *before, *behind; /* else they are named as the regime's, with these about it; NULL: it uses none */
 };
 
 /* NULL past the last. */

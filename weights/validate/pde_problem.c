@@ -5,6 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/vector.h"
+#include "weights/validate/method.h"
 #include "weights/validate/pde_truth.h"
 
 /* The last stands in for the paper's cow: features of many scales, made exactly. */
@@ -89,13 +90,12 @@ static double mean_error(const struct gnp_pde_problem *problem)
 static gnp_status set_estimate(const struct gnp_models *models, enum gnp_regime regime, unsigned estimator,
                                struct gnp_estimate_options *out, struct gnp_error *error)
 {
-	const struct gnp_regime_info *info = gnp_regime_info(regime);
-	static const enum gnp_estimator_kind kinds[] = {GNP_ESTIMATOR_GNP, GNP_ESTIMATOR_GMLS, GNP_ESTIMATOR_ADAPTIVE};
+	static const enum gnp_method methods[] = {GNP_METHOD_GNP, GNP_METHOD_GMLS, GNP_METHOD_ADAPTIVE};
 	*out = gnp_estimate_defaults();
-	out->estimator = kinds[estimator];
-	out->k = info->k;
+	out->estimator = gnp_method_info(methods[estimator])->estimator;
+	out->k = gnp_regime_info(regime)->k;
 	out->models = models;
-	return estimator == 0 ? gnp_models_find(models, info->weights, &out->model, error) : GNP_OK;
+	return gnp_method_model(methods[estimator], regime, models, &out->model, error);
 }
 
 /* The paper filters by its operator in either case; so do we. */

@@ -144,7 +144,7 @@ static void every_answer_names_its_estimator_and_weights(void)
 	for (size_t i = 0; (operation = gnp_operation_at(i)); i++)
 		for (size_t e = 0; e < sizeof estimators / sizeof *estimators; e++)
 			run_one(operation, estimators[e], strcmp(operation->name, "flow") == 0 ? "steps=2" : "");
-	run_one(gnp_operation_find("estimate"), "gnp", "quantities=mean_curvature weights=noise_70k");
+	run_one(gnp_operation_find("estimate"), "gnp", "quantities=mean_curvature weights=fit_noise_70k");
 	run_one(gnp_operation_find("laplacian"), "gnp", "filter=true");
 	for (size_t i = 0; (f = gnp_format_at(i)); i++)
 		CHECK(!gnp_format_writable(f) || carried[i]);
@@ -181,10 +181,10 @@ static void what_auto_did_its_parameters_repeat(void)
 {
 	struct gnp_response chosen = {0}, named = {0}, repeated = {0}, kept = {0};
 	run_spoilt("weights=auto", &chosen);
-	run_spoilt("weights=noise_70k", &named);
-	run_spoilt("weights=noise_70k outliers=left_out", &repeated);
+	run_spoilt("weights=fit_noise_70k", &named);
+	run_spoilt("weights=fit_noise_70k outliers=left_out", &repeated);
 	run_spoilt("weights=auto outliers=kept", &kept);
-	CHECK_STRING(text(&chosen, "weights"), "noise_70k");
+	CHECK_STRING(text(&chosen, "weights"), "fit_noise_70k");
 	CHECK_STRING(text(&chosen, "outliers"), "left_out");
 	CHECK_NEAR(number(&chosen, "outliers_left_out"), 50, 2);
 	CHECK(same_outputs(&repeated, &chosen) && number(&repeated, "outliers_left_out") == number(&chosen, "outliers_left_out"));

@@ -209,7 +209,7 @@ static void too_few_points_for_the_curvature_are_told(void)
 static void detail_that_is_smoothed_away_is_told(void)
 {
 	make_waves(50);
-	check_warns(GNP_ESTIMATOR_GNP, "noise_70k", false, GNP_WARNING_DETAIL);
+	check_warns(GNP_ESTIMATOR_GNP, "fit_noise_70k", false, GNP_WARNING_DETAIL);
 	make_cube(30);
 	check_warns(GNP_ESTIMATOR_GNP, NULL, false, GNP_WARNING_DETAIL);
 	check_warns(GNP_ESTIMATOR_GMLS, NULL, false, GNP_WARNING_DETAIL);

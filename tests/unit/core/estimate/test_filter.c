@@ -119,7 +119,7 @@ static void outliers_are_found_and_least_squares_gain(void)
 	for (size_t f = 0; f < 2; f++) {
 		/* 12,000 points: as far in spacings as 5e-3 is at 100,000 */
 		struct gnp_sample sample = sampled(families[f], &(struct gnp_sample_options){.count = 12000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.015});
-		struct gnp_filter_options options = gnp_with("outlier_50k");
+		struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 		struct gnp_filter filter = filtered(&sample, &options);
 		double before[2], after[2];
 		check_consistent(&sample, &filter);
@@ -137,7 +137,7 @@ static void outliers_are_found_and_least_squares_gain(void)
 static void alpha_is_the_papers_rule(void)
 {
 	struct gnp_sample sample = sampled("radial", &(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	options.consensus = false;
 	options.gross = 0;
 	size_t before = 0;
@@ -176,7 +176,7 @@ static void every_estimator_filters(void)
 static void clean_clouds_are_kept_whole(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 8000, .seed = 3});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_filter filter = filtered(&sample, &options);
 	CHECK(filter.kept == sample.count);
 	CHECK(memcmp(filter.points, sample.points, 3 * sample.count * sizeof(double)) == 0);
@@ -191,7 +191,7 @@ static void clean_clouds_are_kept_whole(void)
 static void far_points_and_clusters_are_dropped(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 8000, .seed = 3});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_random random;
 	gnp_random_seed(&random, 9, 0);
 	for (size_t i = 0; i < 60; i++) { /* 0..29: singles on all sides; 30..59: a cluster at (0, 0, 1) */
@@ -222,7 +222,7 @@ static void far_points_and_clusters_are_dropped(void)
 static void clutter_is_dropped(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 12000, .seed = 3});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_random random;
 	size_t far = 0, found = 0, alarms = 0;
 	gnp_random_seed(&random, 9, 0);
@@ -251,7 +251,7 @@ static void clutter_is_dropped(void)
 static void points_displaced_along_the_surface_are_kept(void)
 {
 	struct gnp_sample sample = sampled("sphere", &(struct gnp_sample_options){.count = 8000, .seed = 3});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_random random;
 	gnp_random_seed(&random, 9, 0);
 	for (size_t i = 0; i < sample.count; i += 10) {
@@ -282,7 +282,7 @@ static double off_surface_rms(const struct gnp_sample *sample, const struct gnp_
 static void strays_in_noise_are_found(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 12000, .seed = 3, .noise = 3e-3, .outlier_fraction = 0.03, .outlier_noise = 0.06});
-	struct gnp_filter_options options = gnp_with("noise_70k");
+	struct gnp_filter_options options = gnp_with("fit_noise_70k");
 	const struct gnp_cloud cloud = {sample.count, sample.points, NULL};
 	struct gnp_filter filter;
 	CHECK(gnp_filter_run(&cloud, &options, pool, NULL, &filter, NULL) == GNP_OK);
@@ -301,7 +301,7 @@ static void strays_in_noise_are_found(void)
 static void projection_takes_noise_away(void)
 {
 	struct gnp_sample sample = sampled("radial", &(struct gnp_sample_options){.count = 12000, .seed = 3, .noise = 3e-3});
-	struct gnp_filter_options options = gnp_with("noise_70k");
+	struct gnp_filter_options options = gnp_with("fit_noise_70k");
 	options.project = true;
 	struct gnp_filter once = filtered(&sample, &options);
 	CHECK(once.iterations == 1 && once.stop == GNP_FILTER_ITERATIONS && once.moved > 1e-3);
@@ -322,7 +322,7 @@ static void projection_takes_noise_away(void)
 static void bytes_do_not_depend_on_workers(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 4000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_pool *shared = pool;
 	struct gnp_filter one, many;
 	options.project = true;
@@ -347,7 +347,7 @@ static void bytes_do_not_depend_on_workers(void)
 static void units_do_not_matter(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	struct gnp_filter filter = filtered(&sample, &options);
 	for (int power = -3; power <= 3; power += 6) {
 		size_t differ = 0;
@@ -368,7 +368,7 @@ static void units_do_not_matter(void)
 static void clouds_without_normals_get_some(void)
 {
 	struct gnp_sample sample = sampled("torus", &(struct gnp_sample_options){.count = 8000, .seed = 3, .outlier_fraction = 0.05, .outlier_noise = 0.015});
-	struct gnp_filter_options options = gnp_with("outlier_50k");
+	struct gnp_filter_options options = gnp_with("fit_outlier_50k");
 	const struct gnp_cloud cloud = {sample.count, sample.points, NULL};
 	struct gnp_filter filter;
 	CHECK(gnp_filter_run(&cloud, &options, pool, NULL, &filter, NULL) == GNP_OK);

@@ -82,7 +82,7 @@ static double last_time(const struct gnp_flow *flow)
 static void sphere_shrinks_by_its_law(void)
 {
 	struct cloud cloud = clean("sphere", 2500);
-	struct gnp_flow_options options = gnp_with("clean_50k");
+	struct gnp_flow_options options = gnp_with("fit_clean_50k");
 	options.steps = 50;
 	options.dt = 1e-3;
 	for (int scheme = GNP_FLOW_EXPLICIT; scheme <= GNP_FLOW_CONFORMAL; scheme++) {
@@ -102,7 +102,7 @@ static void sphere_shrinks_by_its_law(void)
 static void cylinder_between_held_ends_shrinks_by_its_law(void)
 {
 	struct cloud cloud = cylinder(0.5, 1, 0.06);
-	struct gnp_flow_options options = gnp_with("clean_50k");
+	struct gnp_flow_options options = gnp_with("fit_clean_50k");
 	options.steps = 20;
 	options.dt = 1.5e-3;
 	struct gnp_flow flow = flowed(&cloud, &options);
@@ -126,7 +126,7 @@ static void cylinder_between_held_ends_shrinks_by_its_law(void)
 static void surface_between_rings_becomes_a_catenoid(void)
 {
 	struct cloud cloud = cylinder(1, 0.5, 0.1);
-	struct gnp_flow_options options = gnp_with("clean_50k");
+	struct gnp_flow_options options = gnp_with("fit_clean_50k");
 	options.scheme = GNP_FLOW_SEMI_IMPLICIT;
 	options.steps = 60;
 	options.dt = 0.03;
@@ -140,7 +140,7 @@ static void surface_between_rings_becomes_a_catenoid(void)
 static void thin_torus_shrinks_to_a_circle_and_says_so(void)
 {
 	struct cloud cloud = clean("torus", 3000);
-	struct gnp_flow_options options = gnp_with("clean_30k");
+	struct gnp_flow_options options = gnp_with("fit_clean_30k");
 	options.steps = 1000;
 	struct gnp_flow flow = flowed(&cloud, &options);
 	double ring = 0, tube = 0;
@@ -161,7 +161,7 @@ static void thin_torus_shrinks_to_a_circle_and_says_so(void)
 static void bumpy_torus_loses_its_bumps(void)
 {
 	struct cloud cloud = clean("bumpy_torus", 6000);
-	struct gnp_flow_options options = gnp_with("clean_30k");
+	struct gnp_flow_options options = gnp_with("fit_clean_30k");
 	options.steps = 24;
 	options.snapshot_every = 4;
 	struct gnp_flow flow = flowed(&cloud, &options);
@@ -182,7 +182,7 @@ static void bumpy_torus_loses_its_bumps(void)
 static void ellipsoid_keeping_its_volume_becomes_a_sphere(void)
 {
 	struct cloud cloud = clean("ellipsoid", 1500);
-	struct gnp_flow_options options = gnp_with("clean_30k");
+	struct gnp_flow_options options = gnp_with("fit_clean_30k");
 	options.volume = GNP_FLOW_VOLUME_PRESERVE;
 	options.scheme = GNP_FLOW_SEMI_IMPLICIT;
 	options.steps = 100;
@@ -200,7 +200,7 @@ static void ellipsoid_keeping_its_volume_becomes_a_sphere(void)
 static void ellipsoid_tends_to_a_sphere_as_it_shrinks(void)
 {
 	struct cloud cloud = clean("ellipsoid", 1500);
-	struct gnp_flow_options options = gnp_with("clean_30k");
+	struct gnp_flow_options options = gnp_with("fit_clean_30k");
 	options.steps = 40;
 	double before = radii(cloud.points, cloud.normals, cloud.count).worst;
 	struct gnp_flow flow = flowed(&cloud, &options);
@@ -256,12 +256,13 @@ static void check_noise(const struct gnp_sample_options *sample, const char *wei
 static void noise_that_breaks_least_squares_does_not_break_the_operator(void)
 {
 	/* as far in spacings as 1e-3 is at 100,000 points */
-	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .noise = 4e-3}, "noise_70k");
+	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .noise = 4e-3}, "fit_noise_70k");
 }
 
 static void outliers_that_break_least_squares_do_not_break_the_operator(void)
 {
-	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02}, "outlier_50k");
+	check_noise(&(struct gnp_sample_options){.count = 6000, .seed = 3, .outlier_fraction = 0.1, .outlier_noise = 0.02},
+	            "fit_outlier_50k");
 }
 
 /* ---- What holds of every flow ---- */
@@ -404,7 +405,7 @@ static void gaps_are_filled_from_the_surface(void)
 static void moving_along_the_surface_evens_points_out(void)
 {
 	struct cloud cloud = sampled("sphere", &(struct gnp_sample_options){.count = 2000, .seed = 5}, 0);
-	struct gnp_flow_options options = gnp_with("clean_50k");
+	struct gnp_flow_options options = gnp_with("fit_clean_50k");
 	struct gnp_random random;
 	gnp_random_seed(&random, 5, 0);
 	for (size_t i = 0; i < cloud.count; i++) { /* random points, not blue noise */

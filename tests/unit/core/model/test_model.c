@@ -118,6 +118,44 @@ static void the_shells_of_a_projection_are_kept(void)
 	}
 }
 
+/* Its file has no keys of a trunk, and one that has is refused. */
+static void a_model_without_a_trunk_is_kept(void)
+{
+	static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_NONE,
+	                                                     .head = GNP_HEAD_PROJECTION,
+	                                                     .head_width = 6,
+	                                                     .outputs = 9,
+	                                                     .shells = 1,
+	                                                     .shell = {50},
+	                                                     .ridge = 1e-12};
+	const struct gnp_safetensors_metadata metadata[] = {
+		{"gnp_format", "1"}, {"head", "projection"}, {"trunk", "none"}, {"width", "8"}};
+	const struct gnp_safetensors_source source = {metadata, 4, NULL, 0};
+	struct gnp_safetensors *file = NULL;
+	struct gnp_model *model = NULL;
+	struct gnp_error error = {0};
+	void *bytes = NULL;
+	size_t size = 0;
+	char path[128];
+	CHECK(save("n", &architecture, NULL, 0, &error) == GNP_OK);
+	snprintf(path, sizeof path, "%s/n.safetensors", folder);
+	CHECK(gnp_model_load(path, &model, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	if (model) {
+		CHECK(model->architecture.trunk == GNP_TRUNK_NONE && model->architecture.width == 0 &&
+		      model->architecture.layers == 0);
+		CHECK(!gnp_safetensors_metadata_find(model->file, "width") &&
+		      !gnp_safetensors_metadata_find(model->file, "quadrature"));
+	}
+	gnp_model_free(model);
+	remove_file("n");
+	CHECK(gnp_safetensors_encode("n", &source, &bytes, &size, NULL) == GNP_OK);
+	CHECK(gnp_safetensors_decode("n", bytes, size, &file, NULL) == GNP_OK);
+	CHECK(gnp_model_create_take(file, &model, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "metadata \"width\": got \"8\", need none with the trunk none");
+	free(bytes);
+}
+
 static void a_weighted_model_is_kept_without_a_recipe(void)
 {
 	static const char *const absent[] = {"k", "buffer", "height_scale", "delta0", "delta0_ratio", "shells", "ridge"};
@@ -391,7 +429,7 @@ static void names_of_models_are_those_of_their_files(void)
 	                                  "0123456789012345678901234567890123456789012345678901234567890123"};
 	for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
 		CHECK(!gnp_model_name_fits(bad[i]));
-	CHECK(gnp_model_name_fits("clean_50k") && gnp_model_name_fits("0.a-B_"));
+	CHECK(gnp_model_name_fits("fit_clean_50k") && gnp_model_name_fits("0.a-B_"));
 	struct gnp_model *model = NULL;
 	struct gnp_error error = {0};
 	char path[128];
@@ -509,15 +547,22 @@ static void the_last_of_many_threads_frees_the_set(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {
-		TEST(a_model_that_was_saved_is_loaded), TEST(the_shells_of_a_projection_are_kept),
-		TEST(a_weighted_model_is_kept_without_a_recipe), TEST(keys_of_patches_are_not_for_the_head_weighted),
-		TEST(shells_that_are_no_list_are_refused), TEST(wrong_metadata_is_refused_by_key), TEST(wrong_tensors_are_refused_by_name),
-		TEST(damaged_headers_are_answered), TEST(what_no_reader_takes_is_not_saved),
-		TEST(names_of_models_are_those_of_their_files),
-		TEST(a_folder_is_a_set_in_the_order_of_names), TEST(one_bad_file_is_no_set),
-		TEST(no_folder_is_an_error_and_an_empty_one_an_empty_set), TEST(what_is_shipped_loads_in_a_fifth_of_a_second),
-		TEST(the_last_of_many_threads_frees_the_set)};
+	static const struct test tests[] = {TEST(a_model_that_was_saved_is_loaded),
+	                                    TEST(a_model_without_a_trunk_is_kept),
+	                                    TEST(the_shells_of_a_projection_are_kept),
+	                                    TEST(a_weighted_model_is_kept_without_a_recipe),
+	                                    TEST(keys_of_patches_are_not_for_the_head_weighted),
+	                                    TEST(shells_that_are_no_list_are_refused),
+	                                    TEST(wrong_metadata_is_refused_by_key),
+	                                    TEST(wrong_tensors_are_refused_by_name),
+	                                    TEST(damaged_headers_are_answered),
+	                                    TEST(what_no_reader_takes_is_not_saved),
+	                                    TEST(names_of_models_are_those_of_their_files),
+	                                    TEST(a_folder_is_a_set_in_the_order_of_names),
+	                                    TEST(one_bad_file_is_no_set),
+	                                    TEST(no_folder_is_an_error_and_an_empty_one_an_empty_set),
+	                                    TEST(what_is_shipped_loads_in_a_fifth_of_a_second),
+	                                    TEST(the_last_of_many_threads_frees_the_set)};
 	strcpy(folder, "/tmp/gnp-model-XXXXXX");
 	if (!mkdtemp(folder))
 		return 1;

@@ -101,6 +101,29 @@ static void check_refusals(const struct gnp_architecture *right, const struct re
 	}
 }
 
+/* The projection head's layers remain; sizes of a trunk that is not there, and a head that needs one, are refused. */
+static void without_a_trunk_there_is_the_head_alone(void)
+{
+	struct gnp_architecture a = {.trunk = GNP_TRUNK_NONE,
+	                             .head = GNP_HEAD_PROJECTION,
+	                             .head_width = 64,
+	                             .outputs = 10,
+	                             .shells = 2,
+	                             .shell = {40, 80},
+	                             .ridge = 1e-6};
+	struct gnp_error error = {0};
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_OK);
+	CHECK_STRING(error.text, "");
+	CHECK(layout.rows == 8 && gnp_layout_find(&layout, "head.0.weight")->shape[1] == 16);
+	a.width = 8;
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "width: got 8, need 0..0");
+	a = (struct gnp_architecture){.trunk = GNP_TRUNK_NONE, .head_width = 64, .outputs = 16};
+	error = (struct gnp_error){0};
+	CHECK(gnp_architecture_layout(&a, &layout, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "trunk: got none, the head pooled needs one");
+}
+
 static void what_the_head_weighted_does_not_take_is_named(void)
 {
 	static const struct refusal rows[] = {
@@ -127,15 +150,17 @@ static void what_does_not_fit_is_named(void)
 		{offsetof(struct gnp_architecture, features), 17, "features: got 17, need 3..16"},
 		{offsetof(struct gnp_architecture, shells), 1, "shells: got 1, need 0..0"},
 		{offsetof(struct gnp_architecture, outputs), 17, "outputs: got 17, need 16..16"},
-		{offsetof(struct gnp_architecture, trunk), 2, "trunk: got 2, need 0..1"}};
+		{offsetof(struct gnp_architecture, trunk), 3, "trunk: got 3, need 0..2"}};
 	check_refusals(&v1, rows, sizeof rows / sizeof *rows);
 }
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(counts_are_the_published_ones), TEST(tensors_follow_each_other),
+	static const struct test tests[] = {TEST(counts_are_the_published_ones),
+	                                    TEST(tensors_follow_each_other),
 	                                    TEST(the_head_weighted_has_tensors_of_its_own),
 	                                    TEST(what_the_head_weighted_does_not_take_is_named),
-	                                    TEST(what_does_not_fit_is_named)};
+	                                    TEST(what_does_not_fit_is_named),
+	                                    TEST(without_a_trunk_there_is_the_head_alone)};
 	return RUN_TESTS(tests);
 }

@@ -228,7 +228,7 @@ static double distance_from_oracle(struct gnp_architecture architecture, size_t 
 static void small_networks_are_their_definition(void)
 {
 	static const size_t nodes[] = {1, 5, 6, 7, 30, 61}, inner[] = {1, 5, 4, 7, 20, 61};
-	for (unsigned trunk = 0; trunk < GNP_TRUNKS; trunk++)
+	for (unsigned trunk = 0; trunk < GNP_TRUNK_NONE; trunk++)
 		for (unsigned layers = 1; layers <= 4; layers++) {
 			struct gnp_architecture a = small;
 			a.trunk = (enum gnp_trunk_kind)trunk;
@@ -297,7 +297,7 @@ static void check_gradient(struct gnp_architecture architecture)
 
 static void derivatives_are_differences_of_the_definition(void)
 {
-	for (unsigned trunk = 0; trunk < GNP_TRUNKS; trunk++)
+	for (unsigned trunk = 0; trunk < GNP_TRUNK_NONE; trunk++)
 		for (unsigned layers = 1; layers <= 3; layers++) {
 			struct gnp_architecture a = small;
 			a.trunk = (enum gnp_trunk_kind)trunk;

@@ -483,6 +483,10 @@ static void check_chain(enum gnp_trunk_kind trunk)
 	struct gnp_random random;
 	struct chain c = {.architecture = shape, .scratch = gnp_scratch_create()};
 	c.architecture.trunk = trunk;
+	if (trunk == GNP_TRUNK_NONE) {
+		struct gnp_architecture *a = &c.architecture;
+		a->features = a->width = a->channels = a->neurons = a->layers = a->quadrature = 0;
+	}
 	gnp_random_seed(&random, 21, 0);
 	CHECK(gnp_architecture_layout(&c.architecture, &c.layout, NULL) == GNP_OK);
 	c.parameters = malloc(c.layout.total * sizeof *c.parameters);
@@ -518,6 +522,11 @@ static void derivatives_through_the_separable_trunk_are_differences(void)
 	check_chain(GNP_TRUNK_SEPARABLE);
 }
 
+static void derivatives_without_a_trunk_are_differences(void)
+{
+	check_chain(GNP_TRUNK_NONE);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
@@ -526,6 +535,7 @@ int main(int argc, char **argv)
 		TEST(turning_the_patch_in_its_plane_changes_nothing), TEST(nodes_are_spread_over_the_shells),
 		TEST(poor_patches_give_finite_answers), TEST(derivatives_through_the_edge_trunk_are_differences),
 		TEST(derivatives_through_the_separable_trunk_are_differences),
+		TEST(derivatives_without_a_trunk_are_differences),
 	};
 	gnp_linalg_init();
 	return RUN_TESTS(tests);

@@ -231,8 +231,8 @@ static void estimates(void)
 		{"estimate", "estimator=adaptive", NULL, 0, false, ALL, 40000},
 		{"estimate", "estimator=adaptive quantities=all", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"estimate", "estimator=gnp", NULL, 0, false, 1 << NOISY, 40000},
-		{"estimate", "estimator=gnp outliers=left_out weights=clean_30k", NULL, 0, true, 1 << EVEN, 40000},
-		{"estimate", "estimator=gnp weights=noise_70k quantities=normals", NULL, 0, true, 1 << NOISY, 40000},
+		{"estimate", "estimator=gnp outliers=left_out weights=fit_clean_30k", NULL, 0, true, 1 << EVEN, 40000},
+		{"estimate", "estimator=gnp weights=fit_noise_70k quantities=normals", NULL, 0, true, 1 << NOISY, 40000},
 		{"estimate", "estimator=gnp quantities=all", NULL, 0, true, 1 << EVEN, 40000}};
 	RUN_ALL(runs);
 }

@@ -150,7 +150,7 @@ static void bad_parameters_are_refused(void)
 	check_refused("iterations=101", GNP_INVALID_ARGUMENT, "iterations: got 101, need 1..100");
 	check_refused("project=maybe", GNP_INVALID_ARGUMENT, "project: got \"maybe\", need true or false");
 	check_refused("outputs=nothing", GNP_INVALID_ARGUMENT, "outputs: unknown \"nothing\", known: keep, deviation, points, index, normals");
-	check_refused("consensus=true", GNP_UNAVAILABLE, "weights: got \"outlier_50k\", known: none are loaded");
+	check_refused("consensus=true", GNP_UNAVAILABLE, "weights: got \"fit_outlier_50k\", known: none are loaded");
 }
 
 int main(int argc, char **argv)

@@ -97,34 +97,57 @@ static void gradient_agrees_with_differences(void)
 		}
 }
 
-/* The loss of points together by the logarithms of their terms. */
-static double cell_of(const struct problem *problem, struct gnp_jet *gradient)
+/* The loss of points together by the logarithms of their terms, or a power. */
+static double cell_of(const struct problem *problem, double power, struct gnp_jet *gradient)
 {
-	static const struct gnp_loss_rule rule = {.lambda = {0.3, 0.2, 0.2, 0.5, 0.6, 0.7, 0.1}, .most = HUGE_VAL};
+	const struct gnp_loss_rule rule = {.lambda = {0.3, 0.2, 0.2, 0.5, 0.6, 0.7, 0.1}, .most = HUGE_VAL, .power = power};
 	const struct gnp_truth *truth[POINTS];
 	struct gnp_jet unused[POINTS];
+	double values[GNP_LOSS_TERMS];
 	for (size_t i = 0; i < POINTS; i++)
 		truth[i] = &problem->truth[i];
-	return gnp_loss_cell(&rule, &problem->scale, truth, problem->jets, POINTS, gradient ? gradient : unused);
+	return gnp_loss_cell(&rule, &problem->scale, truth, problem->jets, POINTS, values, gradient ? gradient : unused);
+}
+
+static void check_cell_gradient(const struct problem *problem, double power)
+{
+	struct gnp_jet gradient[POINTS];
+	cell_of(problem, power, gradient);
+	for (size_t i = 0; i < POINTS; i++)
+		for (int c = 0; c < 6; c++) {
+			struct problem up = *problem, down = *problem;
+			double step = 1e-6 * (1 + fabs(*entry(&up.jets[i], c)));
+			*entry(&up.jets[i], c) += step;
+			*entry(&down.jets[i], c) -= step;
+			CHECK_NEAR(*entry(&gradient[i], c), (cell_of(&up, power, NULL) - cell_of(&down, power, NULL)) / (2 * step),
+			           1e-6);
+		}
 }
 
 static void cells_count_by_the_logarithm_of_their_error(void)
 {
 	struct problem problem = problem_of(3), twice = problem;
-	struct gnp_jet gradient[POINTS];
-	double loss = cell_of(&problem, gradient);
-	for (size_t i = 0; i < POINTS; i++)
-		for (int c = 0; c < 6; c++) {
-			struct problem up = problem, down = problem;
-			double step = 1e-6 * (1 + fabs(*entry(&problem.jets[i], c)));
-			*entry(&up.jets[i], c) += step;
-			*entry(&down.jets[i], c) -= step;
-			CHECK_NEAR(*entry(&gradient[i], c), (cell_of(&up, NULL) - cell_of(&down, NULL)) / (2 * step), 1e-6);
-		}
+	check_cell_gradient(&problem, 0);
 	/* height is linear: twice its error costs 0.3 log 2 more */
 	for (size_t i = 0; i < POINTS; i++)
 		twice.jets[i].f += problem.jets[i].f - problem.truth[i].jet.f;
-	CHECK_NEAR(cell_of(&twice, NULL) - loss, 0.3 * log(2), 1e-6);
+	CHECK_NEAR(cell_of(&twice, 0, NULL) - cell_of(&problem, 0, NULL), 0.3 * log(2), 1e-6);
+}
+
+/* By a power, the larger errors count more: here height's by (2^0.5 - 1) / 0.5 of its own root. */
+static void cells_count_by_a_power_of_their_error(void)
+{
+	struct problem problem = problem_of(3), twice = problem;
+	double error = 0, size = 0;
+	check_cell_gradient(&problem, 0.5);
+	for (size_t i = 0; i < POINTS; i++) {
+		double d = problem.jets[i].f - problem.truth[i].jet.f;
+		twice.jets[i].f += d;
+		error += d * d;
+		size += problem.truth[i].jet.f * problem.truth[i].jet.f;
+	}
+	CHECK_NEAR(cell_of(&twice, 0.5, NULL) - cell_of(&problem, 0.5, NULL),
+	           0.6 * (sqrt(2) - 1) * sqrt(sqrt(error / size)), 1e-5);
 }
 
 static void the_truth_costs_nothing_and_pulls_nowhere(void)
@@ -174,6 +197,7 @@ int main(int argc, char **argv)
 		TEST(loss_and_gradient_agree_with_automatic_differentiation),
 		TEST(gradient_agrees_with_differences),
 		TEST(cells_count_by_the_logarithm_of_their_error),
+		TEST(cells_count_by_a_power_of_their_error),
 		TEST(the_truth_costs_nothing_and_pulls_nowhere),
 		TEST(a_flat_truth_gives_finite_loss),
 		TEST(lengths_do_not_matter),

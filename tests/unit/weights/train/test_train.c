@@ -10,7 +10,7 @@
 #include "weights/train/train_run.h"
 #include "weights/train/train_watch.h"
 
-enum { POINTS = 4000, DEGREE = 3, SIZE = 10, PARAMETERS = SIZE * SIZE, FILE_BYTES = 4096 };
+enum { POINTS = 4000, DEGREE = 3, SIZE = 10, PARAMETERS = SIZE * SIZE, FILE_BYTES = 8192 };
 
 static char folder[64], checkpoint[96];
 
@@ -220,7 +220,8 @@ static void checkpoints_of_other_trainings_are_refused(void)
 	CHECK(gnp_pool_create(1, &pool, NULL) == GNP_OK);
 	options.data.regime = GNP_REGIME_CLEAN_30;
 	CHECK(gnp_train_open(&options, &network, checkpoint, pool, &train, &error) == GNP_INVALID_ARGUMENT);
-	CHECK_CONTAINS(error.text, "it is no file of \"gnp-train-checkpoint 1 parameters 100 regime clean-30 k 30 buffer 1.25 toy\"");
+	CHECK_CONTAINS(error.text,
+	               "it is no file of \"gnp-train-checkpoint 2 parameters 100 regime clean-30 k 30 buffer 1.25 toy\"");
 	options.data.regime = GNP_REGIME_NOISE_70;
 	FILE *file = fopen(checkpoint, "r+b");
 	CHECK(fseek(file, 700, SEEK_SET) == 0 && fputc(1, file) == 1 && fclose(file) == 0);
@@ -296,6 +297,7 @@ static void histories_are_read_back_up_to_a_step(void)
 	for (uint64_t i = 1; i <= 70; i++) {
 		struct gnp_train_row row = {.step = 10 * i, .seconds = 0.5 * (double)i, .report = {.loss = 1 / (double)i}};
 		row.report.terms.centre[GNP_LOSS_MEAN] = (double)i;
+		row.report.terms.near[GNP_LOSS_HEIGHT] = 2 * (double)i;
 		row.watched[GNP_SCORE_GAUSSIAN] = i % 10 ? NAN : 0.5;
 		CHECK(gnp_train_log_add(&log, &row, NULL) == GNP_OK);
 	}
@@ -304,6 +306,8 @@ static void histories_are_read_back_up_to_a_step(void)
 	CHECK(read.count == 30 && read.rows[29].step == 300 && isnan(read.rows[28].watched[GNP_SCORE_GAUSSIAN]));
 	CHECK_NEAR(read.rows[29].report.loss, 1.0 / 30, 1e-6);
 	CHECK(read.rows[29].report.terms.centre[GNP_LOSS_MEAN] == 30 && read.rows[29].watched[GNP_SCORE_GAUSSIAN] == 0.5);
+	CHECK(read.rows[29].report.terms.near[GNP_LOSS_HEIGHT] == 60 &&
+	      read.rows[29].report.terms.cell[GNP_LOSS_HEIGHT] == 0);
 	CHECK(gnp_train_log_draw(&log, "clean-30", picture, NULL) == GNP_OK);
 	CHECK(gnp_train_log_draw(&none, "nothing yet", picture, NULL) == GNP_OK);
 	CHECK(gnp_train_log_load("/proc/none", 1, &none, NULL) == GNP_OK && none.count == 0);
@@ -367,6 +371,41 @@ static void rules_of_the_loss_are_read(void)
 	CHECK(gnp_loss_rule_parse("normal=1,hight=1", "--patch", &rule, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "--patch: got 'hight=1', need NAME=NUMBER");
 	CHECK(rule.lambda[GNP_LOSS_NORMAL] == 0);
+}
+
+/* Of the parameters after each of the last steps, which is all of them while those are few. */
+static void the_result_is_the_average_of_the_last_steps(void)
+{
+	enum { STEPS = 6 };
+	struct toy toy;
+	struct gnp_trainable network = network_of(&toy);
+	struct gnp_train_options options = options_of(STEPS);
+	struct gnp_pool *pool;
+	double sum[PARAMETERS] = {0}, running[PARAMETERS] = {0};
+	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
+	for (uint64_t average = 1; average <= 100; average *= 10) {
+		options.average = average == 10 ? 2 : average;
+		memset(sum, 0, sizeof sum);
+		struct gnp_train *train = open_train(&options, &network, NULL, pool);
+		CHECK(memcmp(gnp_train_state(train)->average, gnp_train_state(train)->parameters, PARAMETERS * sizeof(float)) ==
+		      0);
+		for (int step = 1; step <= STEPS; step++) {
+			CHECK(gnp_train_step(train, NULL, NULL) == GNP_OK);
+			const struct gnp_train_state *state = gnp_train_state(train);
+			for (int i = 0; i < PARAMETERS; i++) {
+				sum[i] += (double)state->parameters[i];
+				running[i] =
+					step == 1 ? (double)state->parameters[i] : 0.5 * (running[i] + (double)state->parameters[i]);
+				CHECK_NEAR(state->average[i],
+				           average == 1    ? (double)state->parameters[i]
+				           : average == 10 ? running[i]
+				                           : sum[i] / step,
+				           1e-6);
+			}
+		}
+		gnp_train_close(train);
+	}
+	gnp_pool_free(pool);
 }
 
 static void training_learns(void)
@@ -433,6 +472,7 @@ int main(int argc, char **argv)
 		TEST(histories_are_read_back_up_to_a_step),
 		TEST(runs_are_resumed),
 		TEST(rules_of_the_loss_are_read),
+		TEST(the_result_is_the_average_of_the_last_steps),
 		TEST(training_learns),
 	};
 	gnp_linalg_init();

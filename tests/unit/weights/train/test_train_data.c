@@ -245,40 +245,14 @@ static void reaching_further_adds_no_nodes(void)
 	struct gnp_scratch *scratch = gnp_scratch_create();
 	struct gnp_train_recipe recipe = {.k = 30, .delta0_ratio = 0.1, .buffer = 1.25};
 	const uint32_t centres[2] = {17, 18};
-	const double turns[2] = {0.5, 0};
 	struct gnp_train_patches near, far;
-	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, turns, 2, scratch, &near, NULL) == GNP_OK);
+	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, 2, scratch, &near, NULL) == GNP_OK);
 	recipe.reach = 200;
-	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, turns, 2, scratch, &far, NULL) == GNP_OK);
+	CHECK(gnp_train_patches_build(&cloud, &recipe, centres, 2, scratch, &far, NULL) == GNP_OK);
 	CHECK(near.patches[1].buffer_count < 200 && far.patches[1].buffer_count == 200);
 	CHECK(near.start[2] == far.start[2] && near.start[1] == far.start[1] && near.truth_start[2] == far.truth_start[2]);
 	CHECK(memcmp(near.nodes, far.nodes, 3 * near.start[2] * sizeof(float)) == 0);
 	CHECK(memcmp(near.truth, far.truth, near.truth_start[2] * sizeof *near.truth) == 0);
-	gnp_scratch_free(scratch);
-	gnp_train_cloud_clear(&cloud);
-}
-
-/* Turned patches hold the same points: rotations of each other, with frames to match. */
-static void turning_changes_nothing_but_the_frame(void)
-{
-	struct gnp_train_cloud cloud = cloud_of(GNP_REGIME_NOISE_70, 4);
-	struct gnp_scratch *scratch = gnp_scratch_create();
-	const struct gnp_train_recipe recipe = {.k = 30, .delta0_ratio = 0.1, .buffer = 1};
-	const uint32_t centre = 17;
-	const double turns[2] = {0, 1};
-	struct gnp_train_patches at[2];
-	for (int i = 0; i < 2; i++)
-		CHECK(gnp_train_patches_build(&cloud, &recipe, &centre, &turns[i], 1, scratch, &at[i], NULL) == GNP_OK);
-	for (size_t i = 0; i < at[0].start[1]; i++) {
-		const float *a = at[0].nodes + 3 * i, *b = at[1].nodes + 3 * i;
-		CHECK_NEAR(b[0], cos(1) * a[0] + sin(1) * a[1], 1e-6);
-		CHECK_NEAR(b[1], cos(1) * a[1] - sin(1) * a[0], 1e-6);
-		CHECK(a[2] == b[2]);
-	}
-	double(*psi)[3] = at[1].patches->frame, normal[3];
-	gnp_cross(psi[0], psi[1], normal);
-	for (int c = 0; c < 3; c++)
-		CHECK_NEAR(normal[c], psi[2][c], 1e-12);
 	gnp_scratch_free(scratch);
 	gnp_train_cloud_clear(&cloud);
 }
@@ -325,7 +299,6 @@ int main(int argc, char **argv)
 		TEST(noise_varies_as_asked),
 		TEST(centres_and_truth_are_no_outliers),
 		TEST(reaching_further_adds_no_nodes),
-		TEST(turning_changes_nothing_but_the_frame),
 		TEST(windows_opened_later_hold_the_same_clouds),
 		TEST(a_window_without_its_shapes_fails_when_it_moves),
 	};

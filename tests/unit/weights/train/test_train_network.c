@@ -2,6 +2,7 @@
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
 #include "core/linear/linalg.h"
+#include "core/model/model.h"
 #include "tests/unit/test.h"
 #include "weights/train/initial.h"
 #include "weights/train/loss.h"
@@ -43,6 +44,8 @@ static struct gnp_architecture small(enum gnp_trunk_kind trunk, enum gnp_head_ki
 		a.shell[0] = 60;
 		a.shell[1] = 120;
 		a.ridge = 1e-5;
+		if (trunk == GNP_TRUNK_NONE)
+			a.features = a.width = a.channels = a.neurons = a.layers = a.quadrature = 0;
 		a.outputs = (unsigned)gnp_projection_outputs(&a);
 	}
 	return a;
@@ -85,7 +88,7 @@ static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 {
 	struct gnp_architecture architecture = small(trunk, head);
 	struct gnp_trainable network;
-	CHECK(gnp_train_network_open(&architecture, &network, NULL) == GNP_OK);
+	CHECK(gnp_train_network_open(&architecture, NULL, &network, NULL) == GNP_OK);
 	size_t count = network.parameter_count;
 	float *at = calloc(count, sizeof *at), *to = calloc(count, sizeof *to), *gradient = calloc(count, sizeof *gradient);
 	network.initialize(network.state, 5, at);
@@ -117,7 +120,7 @@ static void check_gradient(enum gnp_trunk_kind trunk, enum gnp_head_kind head)
 
 static void gradients_of_the_pooled_head_are_the_slope_of_the_loss(void)
 {
-	for (int trunk = 0; trunk < GNP_TRUNKS; trunk++)
+	for (int trunk = 0; trunk < GNP_TRUNK_NONE; trunk++)
 		check_gradient((enum gnp_trunk_kind)trunk, GNP_HEAD_POOLED);
 }
 
@@ -142,7 +145,8 @@ static void summaries_are_calibrated(void)
 	struct gnp_projected projected;
 	struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 	size_t width = gnp_projection_summary(&a);
-	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK && gnp_train_network_open(&a, &network, NULL) == GNP_OK);
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK &&
+	      gnp_train_network_open(&a, NULL, &network, NULL) == GNP_OK);
 	float *parameters = calloc(layout.total, sizeof *parameters);
 	network.initialize(network.state, 5, parameters);
 	CHECK(network.calibrate(network.state, &patches, 1, parameters, scratch, NULL) == GNP_OK);
@@ -220,13 +224,44 @@ static void kernels_of_both_trunks_begin_alike(void)
 	free(parameters);
 }
 
+/* Written to a file and begun from it, parameters are those of the file; a file of another network is refused. */
+static void a_training_begins_from_a_model(void)
+{
+	struct gnp_architecture a = small(GNP_TRUNK_NONE, GNP_HEAD_PROJECTION), other = a;
+	struct gnp_trainable network;
+	struct gnp_layout layout;
+	struct gnp_error error = {0};
+	const char *path = "/tmp/gnp-train-network-from.safetensors";
+	CHECK(gnp_architecture_layout(&a, &layout, NULL) == GNP_OK);
+	float *own = calloc(layout.total, sizeof *own), *begun = calloc(layout.total, sizeof *begun);
+	gnp_initial_parameters(&a, &layout, 9, own);
+	for (size_t i = 0; i < layout.total; i++)
+		own[i] += (float)i;
+	const struct gnp_model_source source = {.architecture = a,
+	                                        .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1},
+	                                        .regime = "clean",
+	                                        .parameters = own};
+	CHECK(gnp_model_save(path, &source, NULL) == GNP_OK);
+	CHECK(gnp_train_network_open(&a, path, &network, NULL) == GNP_OK && !network.calibrate);
+	network.initialize(network.state, 5, begun);
+	CHECK(memcmp(own, begun, layout.total * sizeof *own) == 0);
+	gnp_train_network_close(&network);
+	other.head_width = 12;
+	CHECK(gnp_train_network_open(&other, path, &network, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_CONTAINS(error.text, "--from: /tmp/gnp-train-network-from.safetensors is \"none projection");
+	CHECK(gnp_train_network_open(&a, "/proc/none.safetensors", &network, NULL) != GNP_OK);
+	CHECK(remove(path) == 0);
+	free(own);
+	free(begun);
+}
+
 static void what_cannot_be_trained_is_refused(void)
 {
 	struct gnp_architecture architecture = small(GNP_TRUNK_EDGE, GNP_HEAD_POOLED);
 	struct gnp_trainable network;
 	struct gnp_error error = {0};
 	architecture.width = 9;
-	CHECK(gnp_train_network_open(&architecture, &network, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_train_network_open(&architecture, NULL, &network, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "width: got 9");
 }
 
@@ -238,7 +273,7 @@ int main(int argc, char **argv)
 		TEST(summaries_are_calibrated),
 		TEST(parameters_begin_as_described),
 		TEST(kernels_of_both_trunks_begin_alike),
-		TEST(what_cannot_be_trained_is_refused),
+		TEST(a_training_begins_from_a_model), TEST(what_cannot_be_trained_is_refused),
 	};
 	gnp_linalg_init();
 	set_up();

@@ -1,6 +1,9 @@
 /* Models with a part taken away: which parameters change and how, and what Table 1 makes of them. */
 #include <math.h>
+#include <unistd.h>
 
+#include "core/base/random.h"
+#include "core/linear/linalg.h"
 #include "tests/unit/test.h"
 #include "weights/validate/ablation_table.h"
 #include "weights/validate/validation.h"
@@ -8,23 +11,25 @@
 enum { POINTS = 3000 };
 
 static struct gnp_pool *pool;     /* of two workers, for every test */
-static struct gnp_models *models; /* those of the repository, whose root tests run in */
+/* Drawn ones: fit_noise_70k with a trunk, fit_clean_30k and fit_clean_50k without, and clean_30k_pooled. */
+static struct gnp_models *models;
 
-/* noise_70k of the altered models, and its layout. */
+/* fit_noise_70k of the altered models, and its layout. */
 static struct gnp_models *alter(enum gnp_ablation_part part, const struct gnp_model **model)
 {
 	struct gnp_models *altered = NULL;
 	struct gnp_error error = {0};
 	CHECK(gnp_ablation_models(models, part, POINTS, pool, &altered, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
-	CHECK(gnp_models_find(altered, "noise_70k", model, NULL) == GNP_OK);
+	CHECK(gnp_models_count(altered) == (part == GNP_ABLATION_NONE ? 4 : part == GNP_ABLATION_CONSTANT ? 3 : 1));
+	CHECK(gnp_models_find(altered, "fit_noise_70k", model, NULL) == GNP_OK);
 	return altered;
 }
 
 static const struct gnp_model *whole(void)
 {
 	const struct gnp_model *model = NULL;
-	CHECK(gnp_models_find(models, "noise_70k", &model, NULL) == GNP_OK);
+	CHECK(gnp_models_find(models, "fit_noise_70k", &model, NULL) == GNP_OK);
 	return model;
 }
 
@@ -105,7 +110,8 @@ static void constant_outputs_are_the_mean_ones(void)
 static void table_1_is_judged_with_every_part(void)
 {
 	const struct gnp_protocol protocol = {.points = POINTS, .shapes = 1, .centres = 50};
-	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL, .regimes = 1u << GNP_REGIME_NOISE_70};
+	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL,
+	                                  .regimes = 1u << GNP_REGIME_NOISE_70 | 1u << GNP_REGIME_CLEAN_30};
 	struct gnp_table table;
 	struct gnp_ablation_table ablation;
 	struct gnp_error error = {0};
@@ -131,10 +137,99 @@ static void table_1_is_judged_with_every_part(void)
 	gnp_ablation_table_write_markdown(&ablation, out);
 	fclose(out);
 	CHECK_CONTAINS(text, "radial    noise-70    trunk removed");
+	CHECK_CONTAINS(text, "radial    clean-30    outputs constant");
+	CHECK(!strstr(text, "clean-30    trunk"));
 	CHECK_CONTAINS(text, "| radial   | noise-70   | outputs constant |");
 	CHECK_CONTAINS(text, "| radial   | noise-70   | node weights one |              - |");
 	free(text);
 	gnp_table_clear(&table);
+}
+
+/* ---- The models ---- */
+
+static const struct gnp_architecture with_trunk = {.trunk = GNP_TRUNK_EDGE,
+                                                   .head = GNP_HEAD_PROJECTION,
+                                                   .features = 4,
+                                                   .width = 16,
+                                                   .channels = 4,
+                                                   .neurons = 16,
+                                                   .layers = 2,
+                                                   .quadrature = 16,
+                                                   .head_width = 16,
+                                                   .outputs = 11,
+                                                   .shells = 3,
+                                                   .shell = {60, 120, 240},
+                                                   .ridge = 2e-5};
+static const struct gnp_architecture without = {.trunk = GNP_TRUNK_NONE,
+                                                .head = GNP_HEAD_PROJECTION,
+                                                .head_width = 16,
+                                                .outputs = 11,
+                                                .shells = 3,
+                                                .shell = {60, 120, 240},
+                                                .ridge = 2e-5};
+static const struct gnp_architecture pooled = {.trunk = GNP_TRUNK_SEPARABLE,
+                                               .head = GNP_HEAD_POOLED,
+                                               .features = 3,
+                                               .width = 8,
+                                               .channels = 2,
+                                               .neurons = 4,
+                                               .layers = 1,
+                                               .quadrature = 8,
+                                               .head_width = 8,
+                                               .outputs = 16};
+
+static const struct drawn {
+	const char *name, *regime;
+	const struct gnp_architecture *architecture;
+} drawn[] = {{"fit_noise_70k", "noise", &with_trunk},
+             {"fit_clean_30k", "clean", &without},
+             {"fit_clean_50k", "clean", &without},
+             {"clean_30k_pooled", "clean", &pooled}};
+enum { DRAWN = sizeof drawn / sizeof *drawn };
+
+static void path_of(const char *folder, size_t i, char path[128])
+{
+	snprintf(path, 128, "%s/%s.safetensors", folder, drawn[i].name);
+}
+
+static bool save(const char *folder, size_t i)
+{
+	struct gnp_layout layout;
+	struct gnp_random random;
+	char path[128];
+	gnp_random_seed(&random, 11, i);
+	if (gnp_architecture_layout(drawn[i].architecture, &layout, NULL) != GNP_OK)
+		return false;
+	float *parameters = malloc(layout.total * sizeof *parameters);
+	for (size_t p = 0; p < layout.total; p++)
+		parameters[p] = (float)(0.3 * gnp_random_normal(&random));
+	const struct gnp_parameter_row *deviation = gnp_layout_find(&layout, "head.deviation");
+	for (size_t p = 0; deviation && p < deviation->count; p++)
+		parameters[deviation->offset + p] = 1;
+	const struct gnp_model_source source = {.architecture = *drawn[i].architecture,
+	                                        .recipe = {.k = 30, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.1},
+	                                        .regime = drawn[i].regime,
+	                                        .parameters = parameters};
+	path_of(folder, i, path);
+	bool good = gnp_model_save(path, &source, NULL) == GNP_OK;
+	free(parameters);
+	return good;
+}
+
+/* Loads them from a folder that is gone afterwards. */
+static bool draw_models(void)
+{
+	char folder[] = "/tmp/gnp-ablation-XXXXXX", path[128];
+	bool good = mkdtemp(folder) != NULL;
+	for (size_t i = 0; i < DRAWN && good; i++)
+		good = save(folder, i);
+	good = good && gnp_models_load(folder, &models, NULL) == GNP_OK;
+	for (size_t i = 0; i < DRAWN; i++) {
+		path_of(folder, i, path);
+		unlink(path);
+	}
+	rmdir(folder);
+	return good;
 }
 
 int main(int argc, char **argv)
@@ -146,11 +241,9 @@ int main(int argc, char **argv)
 		TEST(constant_outputs_are_the_mean_ones),
 		TEST(table_1_is_judged_with_every_part),
 	};
-	struct gnp_error error = {0};
-	if (gnp_models_load("weights", &models, &error) != GNP_OK || gnp_pool_create(2, &pool, &error) != GNP_OK) {
-		fprintf(stderr, "%s\n", error.text);
+	gnp_linalg_init();
+	if (!draw_models() || gnp_pool_create(2, &pool, NULL) != GNP_OK)
 		return 1;
-	}
 	int code = RUN_TESTS(tests);
 	gnp_pool_free(pool);
 	gnp_models_release(models);

@@ -69,7 +69,7 @@ static void a_missing_model_is_named(void)
 	struct gnp_error error = {0};
 	const struct gnp_pde_plan plan = {.points = 1000, .solutions = 1, .regimes = 1, .sizes_most = 0};
 	CHECK(gnp_pde_table_run(&plan, NULL, pool, NULL, NULL, &table, &error) == GNP_UNAVAILABLE);
-	CHECK_CONTAINS(error.text, "clean_30k");
+	CHECK_CONTAINS(error.text, "fit_clean_30k");
 }
 
 int main(int argc, char **argv)

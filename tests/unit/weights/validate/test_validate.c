@@ -11,7 +11,8 @@ enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 static char folder[64];       /* of the weights */
-static struct gnp_models *models; /* any, the regimes' with the pooled head, and noise_70k with the projection head */
+/* any, the regimes' with the pooled head, and with the projection head fit_noise_70k alone. */
+static struct gnp_models *models;
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
 {
@@ -282,8 +283,8 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 	struct gnp_error error = {0};
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_INVALID_ARGUMENT && !table.errors);
-	CHECK_STRING(error.text, "fit in clean-30: weights: got \"clean_30k\", known: any, clean_30k_pooled, clean_50k_pooled, "
-	                         "noise_70k, noise_70k_pooled, outlier_50k_pooled");
+	CHECK_STRING(error.text, "fit in clean-30: weights: got \"fit_clean_30k\", known: any, clean_30k_pooled, clean_50k_pooled, "
+	                         "fit_noise_70k, noise_70k_pooled, outlier_50k_pooled");
 	gnp_selection_restrict(&selection, models);
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
@@ -313,7 +314,7 @@ static void learned_rows_take_their_models_k(void)
 	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GMLS};
 	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "any");
 	CHECK(gnp_table_k(&table, &gnp) == 70); /* the regime's: any goes by none */
-	CHECK_STRING(gnp_table_model(&table, &fit)->name, "noise_70k");
+	CHECK_STRING(gnp_table_model(&table, &fit)->name, "fit_noise_70k");
 	CHECK_STRING(gnp_table_model(&table, &pooled)->name, "clean_30k_pooled");
 	CHECK(gnp_table_k(&table, &fit) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
 	CHECK(!gnp_table_model(&table, &gmls) && gnp_table_k(&table, &gmls) == 70);
@@ -531,7 +532,7 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 /* ---- Weights: untrained, but the projection head starts as plain least squares ---- */
 
 static const char *const FILES[] = {"any", "clean_30k_pooled", "clean_50k_pooled",
-                                    "noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
+                                    "fit_noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
 enum { FILES_COUNT = sizeof FILES / sizeof FILES[0] };
 
 static void weights_path(int i, char path[128])
