@@ -7,14 +7,14 @@ import re
 import struct
 import sys
 
-NETWORK = ("trunk", "head", "features", "width", "channels", "neurons", "layers", "quadrature", "head_width", "outputs")
+NETWORK = ("trunk", "head", "features", "width", "channels", "neurons", "layers", "quadrature", "head_width", "outputs", "node_width",
+           "frame_width")
 SOLVE = ("shells", "ridge")
 PATCHES = ("k", "buffer", "height_scale", "delta0_ratio", "delta0")
 INTRODUCTION = """# The models
 
 Written by `weights/make-cards` from the files' own metadata and the judge's table; the keys are explained in [README.md](README.md).
-`estimator=gnp` takes one of them by `weights=NAME`, or chooses by the cloud (`weights=auto`): models with the head `projection`
-before those with `pooled`.
+`estimator=gnp` takes one of them by `weights=NAME`; `weights=auto` is that of the regime `any`, with the head `weighted`.
 
 | model | regime | head | k | parameters | bytes | trained |
 | --- | --- | --- | ---: | ---: | ---: | ---: |"""
@@ -88,7 +88,9 @@ def card(model, folder, table):
     yield ""
     yield "## %s" % name
     yield ""
-    yield "For the regime `%s`, patches of %s. %d parameters; sha256 `%s`." % (keys["regime"], named(keys, PATCHES), model["parameters"], model["sha256"])
+    patches = named(keys, PATCHES)
+    yield "For the regime `%s`%s. %d parameters; sha256 `%s`." % (keys["regime"], ", patches of " + patches if patches else "",
+                                                                 model["parameters"], model["sha256"])
     yield ""
     yield "Network: %s." % named(keys, NETWORK)
     if any(key in keys for key in SOLVE):
@@ -113,7 +115,7 @@ def main(folder):
     print(INTRODUCTION)
     for m in models:
         keys = m["keys"]
-        print("| [%s](#%s) | %s | %s | %s | %d | %d | %s |" % (m["name"], m["name"], keys["regime"], keys["head"], keys["k"],
+        print("| [%s](#%s) | %s | %s | %s | %d | %d | %s |" % (m["name"], m["name"], keys["regime"], keys["head"], keys.get("k", ""),
                                                             m["parameters"], m["bytes"], duration(keys)))
     for m in models:
         print("\n".join(card(m, folder, table)))
