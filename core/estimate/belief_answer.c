@@ -81,13 +81,13 @@ static gnp_status warn_of_detail(const struct work *work, bool standard_errors, 
 		gnp_warnings_add(
 			warnings, GNP_WARNING_DETAIL,
 			"fits leave %.2g spacings of the points unexplained, quadratics of the %d nearest %.2g, the limit "
-			"is %g times that: detail is taken for noise, take a clean model (weights=fit_clean_30k) or "
-		    "estimator=adaptive",
+			"is %g times that: detail is taken for noise, sample more densely or take estimator=adaptive",
 			residual, GNP_BELIEF_NEAR, small, BLUR);
 	else if (creases > CREASES_MOST)
 		gnp_warnings_add(warnings, GNP_WARNING_DETAIL,
 		                 "at %.1f %% of %zu sampled points fits leave more than %g times of what quadratics of the %d "
-		                 "nearest do, the limit is %g %%: they smooth over edges, creases or fine detail there",
+		                 "nearest do, the limit is %g %%: they smooth over edges or fine detail there, more points help, and "
+		                 "the quantity crease (weights=auto) says where edges are",
 		                 creases, work->sample.count, CREASE, GNP_BELIEF_NEAR, CREASES_MOST);
 	return GNP_OK;
 }
@@ -103,8 +103,8 @@ static gnp_status warn_of_normals(const struct work *work, struct gnp_warnings *
 	gnp_warnings_add(
 		warnings, GNP_WARNING_NORMALS,
 		"%.1f %% of %zu sampled points have normals more than %d degrees off the plane of their nearest points "
-		"that span two directions (%.0f at the median), the limit is %d %%: take estimator=adaptive or "
-	    "weights=fit_noise_70k",
+		"that span two directions (%.0f at the median), the limit is %d %%: take weights=auto or estimator=adaptive, "
+		"or rows closer together",
 		tilts, work->sample.count, GNP_BELIEF_TILT, gnp_belief_sample_median(&work->sample, spanned_at, work, values),
 		GNP_BELIEF_TILTED_MOST);
 	free(values);

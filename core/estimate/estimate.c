@@ -156,6 +156,12 @@ static size_t count_outliers(const struct gnp_estimate_work *work)
 	return count;
 }
 
+/* Standard errors of a posterior under noise; a weighted model's are calibrated, bias and all. */
+static bool holds_scatter_alone(const struct gnp_estimate_work *work)
+{
+	return !work->weighted && (work->quantities & GNP_QUANTITY_STDERR) != 0;
+}
+
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                   const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
                                     struct gnp_estimate *estimate, struct gnp_error *error)
@@ -183,7 +189,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	if (status == GNP_OK)
 		status = run(&work, pool, task, error);
 	if (status == GNP_OK && work.probes)
-		status = gnp_belief_answer_check(prepared, work.probes, (work.quantities & GNP_QUANTITY_STDERR) != 0, pool, task, error);
+		status = gnp_belief_answer_check(prepared, work.probes, holds_scatter_alone(&work), pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;

@@ -31,7 +31,7 @@ class Skipped(Exception):
 
 class Server:
     """One daemon. Flags are keyword arguments: Server(queue_count=2) passes --queue-count=2. log_to: a file descriptor
-    instead of the log's file. weights: {file name: bytes} of its folder of weights; without, a small model for each regime.
+    instead of the log's file. weights: {file name: bytes} of its folder of weights; without, those of small_weights().
     program: another gnpd than $GNPD's. wrap: words before the program; environment: more of it; pass_fds: descriptors it inherits. limits: as for
     resource.setrlimit, {resource: (soft, hard)}."""
 
@@ -268,9 +268,15 @@ def edge_weights(scale=0.01, **metadata):
 
 
 def small_weights():
-    """Small models under the names of those that are shipped: what they answer is no geometry, but has its form."""
+    """Small models under the names of those of a regime, whose answers are no geometry but have its form, and the shipped model for every cloud."""
     kinds = {"fit_clean_30k": ("30", "clean"), "fit_clean_50k": ("50", "clean"), "fit_outlier_50k": ("50", "outlier"), "fit_noise_70k": ("70", "noise")}
-    return {name + ".safetensors": edge_weights(k=k, regime=regime) for name, (k, regime) in kinds.items()}
+    files = {name + ".safetensors": edge_weights(k=k, regime=regime) for name, (k, regime) in kinds.items()}
+    return dict(files, **{"any.safetensors": shipped_weights("any")})
+
+
+def shipped_weights(name):
+    with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "weights", name + ".safetensors"), "rb") as file:
+        return file.read()
 
 
 # ---- clouds ----

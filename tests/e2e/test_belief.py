@@ -15,7 +15,7 @@ GNP = os.path.abspath(os.environ.get("GNP", "build/gnp"))
 def trained():
     """A daemon of its own with the models that are shipped."""
     content = {}
-    for name in ("fit_clean_30k", "fit_clean_50k", "fit_noise_70k", "fit_outlier_50k"):
+    for name in ("any", "fit_clean_30k", "fit_clean_50k", "fit_noise_70k", "fit_outlier_50k"):
         with open(os.path.join(WEIGHTS, name + ".safetensors"), "rb") as file:
             content[name + ".safetensors"] = file.read()
     return Server(weights=content)
@@ -91,13 +91,15 @@ def test_points_that_coincide_are_refused_by_name(server):
 
 def test_clouds_say_what_is_not_to_be_believed():
     with trained() as server:
-        for cloud, wanted in ((field.scan_lines(), {"rows", "normals"}), (field.latitudes(), {"rows"}), (field.nested(4), {"sheets"}),
+        for cloud, wanted in ((field.scan_lines(), {"rows"}), (field.latitudes(), {"rows"}), (field.nested(4), {"sheets"}),
                               (field.torus(300), {"resolution"}), (field.national_grid(), {"precision"})):
             found = kinds(ask(server, "estimate", cloud))
             assert wanted <= found, (wanted, found)
-        assert "dropped" in kinds(ask(server, "filter", field.noisy_sphere()))
-        head = harness.parse_infer(ask(server, "filter", field.noisy_sphere(), weights="fit_noise_70k", alpha=1))[0]
-        assert head["parameters"]["kept"] > 9900, "what the warning recommends helps"
+        assert "normals" in kinds(ask(server, "estimate", field.scan_lines(), weights="fit_clean_30k"))
+        assert "dropped" in kinds(ask(server, "filter", field.noisy_sphere(), weights="fit_outlier_50k", alpha=0.1))
+        for more in ({}, {"weights": "fit_noise_70k"}):
+            head = harness.parse_infer(ask(server, "filter", field.noisy_sphere(), **more))[0]
+            assert head["parameters"]["kept"] > 9500, "the default keeps noise, and what the warning recommends helps"
         rows = array.array("d")
         for i, x in enumerate(field.sphere(500)):
             rows.append(x)
@@ -135,11 +137,11 @@ def test_the_command_line_says_it_on_standard_error():
         assert code == 0 and any(line.startswith("gnp: warning: %s: " % kind) for line in said.splitlines()), (kind, code, said)
 
     warned("rows", "estimate", field.scan_lines())
-    warned("normals", "estimate", field.scan_lines())
+    warned("normals", "estimate", field.scan_lines(), "--weights", "fit_clean_30k")
     warned("sheets", "estimate", field.nested(4))
     warned("resolution", "estimate", field.torus(300))
     warned("precision", "estimate", array.array("d", field.national_grid()))
-    warned("dropped", "filter", field.noisy_sphere())
+    warned("dropped", "filter", field.noisy_sphere(), "--weights", "fit_outlier_50k", "--alpha", "0.1")
     flat = field.square(12)
     warned("heat", "heat", flat, "--dt", "0.01", "--steps", "100", columns=[("initial", [1.0] * 144)])
     warned("eigenvalues", "spectrum", field.square(40, 0.3))

@@ -51,7 +51,7 @@ def test_filter_and_flow_are_listed(server):
     for name in ("filter", "flow"):
         assert server.get("/v2/models/%s/ready" % name).json["ready"] is True
         assert 'gnpd_requests_total{operation="%s",code="200"}' % name in metrics
-        assert len(server.get("/v2/models/%s" % name).json["weights"]) == 4
+        assert len(server.get("/v2/models/%s" % name).json["weights"]) == 5
 
 
 def test_filter_and_flow_metadata(server):
@@ -114,10 +114,15 @@ def test_filter_tensors_as_json(server):
 
 
 def test_filter_by_a_model(server):
-    """The small models know no geometry, but the way is the same."""
-    response = server.post("/v1/filter?alpha=1000000&consensus=false", harness.ply(SPHERE))
+    """The default judges every point itself. The small models know no geometry, but the way is the same."""
+    response = server.post("/v1/filter", harness.ply(contaminated()))
     assert response.status == 200, response.text[:300]
-    assert ply_comments(response.body)["weights"] == "fit_outlier_50k"
+    said = ply_comments(response.body)
+    assert said["weights"] == "any" and 0.95 * ON < int(said["kept"]) <= 1.02 * ON, said
+    response = server.post("/v1/filter?alpha=1000000&consensus=false&weights=fit_outlier_50k", harness.ply(SPHERE))
+    assert response.status == 200, response.text[:300]
+    said = ply_comments(response.body)
+    assert said["weights"] == "fit_outlier_50k" and int(said["kept"]) == ON, said
     expect_error(server.post("/v1/filter?weights=nonsense", harness.ply(SPHERE)), 400, "invalid_argument", 'weights: got "nonsense"')
 
 
@@ -229,7 +234,7 @@ def test_flow_refuses_bad_masks(server):
 
 def test_filter_refuses_bad_parameters(server):
     body = harness.ply(SPHERE)
-    for query, text in (("alpha=0", "alpha: got 0, need >0..1000000"), ("alpha=nan", "alpha: got"), ("gross=0.5&estimator=gmls", "gross: got 0.5, need"),
+    for query, text in (("alpha=-1", "alpha: got -1, need 0..1000000"), ("alpha=nan", "alpha: got"), ("gross=0.5&estimator=gmls", "gross: got 0.5, need"),
                         ("cluster=0", "cluster: got 0, need 1..1000000"), ("project", 'query: got "project", need name=value'),
                         ("project=maybe", 'project: got "maybe", need true or false'), ("iterations=0", "iterations: got 0"),
                         ("outputs=points,thing", 'outputs: unknown "thing", known: keep, deviation, points, index, normals')):

@@ -11,7 +11,7 @@ import harness
 from harness import expect_error
 
 CLOUD = harness.sphere(300)
-SMOOTH = harness.sphere(2000)  # dense enough to be taken for clean
+SMOOTH = harness.sphere(2000)
 ESTIMATE = "/v2/models/estimate/infer"
 ONE, OTHER = harness.edge_weights(), harness.edge_weights(scale=0.02)
 RELOADS = "gnpd_weights_reloads_total{result=\"%s\"}"
@@ -124,12 +124,11 @@ def test_reload_under_load():
 
 def test_requests_name_weights():
     with harness.Server(weights={"small.safetensors": ONE, "wide.safetensors": OTHER}) as server:
-        for name in ("small", "wide", "auto"):
+        for name in ("small", "wide"):
             headers, body = harness.points_body(SMOOTH, weights=name)
             head, _ = harness.parse_infer(server.post(ESTIMATE, body, headers))
-            want = "wide" if name == "wide" else "small"
             assert {k: head["parameters"][k] for k in ("estimator", "weights", "weights_sha256", "k")} == {
-                "estimator": "gnp", "weights": want, "weights_sha256": digest(OTHER if want == "wide" else ONE), "k": 30}, head
+                "estimator": "gnp", "weights": name, "weights_sha256": digest(OTHER if name == "wide" else ONE), "k": 30}, head
             assert "degree" not in head["parameters"]
         for estimator in ("gmls", "adaptive"):  # need none
             headers, body = harness.points_body(SMOOTH, estimator=estimator, k=20)
@@ -146,37 +145,50 @@ def test_requests_name_weights():
 
 
 def used(server, **parameters):
-    """Name, digest and k of the model that an estimate used."""
+    """Name, digest and k of the model that an estimate used; k is None for one without a patch size."""
     headers, body = harness.points_body(SMOOTH, **parameters)
     head, _ = harness.parse_infer(server.post(ESTIMATE, body, headers))
     assert head["parameters"]["estimator"] == "gnp", head
-    return tuple(head["parameters"][k] for k in ("weights", "weights_sha256", "k"))
+    return tuple(head["parameters"].get(k) for k in ("weights", "weights_sha256", "k"))
 
 
 def test_the_default_estimator_names_its_weights():
     files = harness.small_weights()
     with harness.Server(weights=files) as server:
-        clean, noise = digest(files["fit_clean_30k.safetensors"]), digest(files["fit_noise_70k.safetensors"])
-        assert used(server) == used(server, weights="auto") == ("fit_clean_30k", clean, 30)
+        every, clean, noise = (digest(files[name + ".safetensors"]) for name in ("any", "fit_clean_30k", "fit_noise_70k"))
+        assert used(server) == used(server, weights="auto") == used(server, weights="any", k=31) == ("any", every, None)
         assert used(server, weights="fit_noise_70k") == used(server, weights="fit_noise_70k", k=31) == ("fit_noise_70k", noise, 70)
         names, _ = harness.parse_ply(server.post("/v1/estimate", harness.ply(SMOOTH)).body)
         assert "quality" in names
         comments = server.post("/v1/estimate", harness.ply(SMOOTH)).body.split(b"end_header")[0]
-        assert b"comment weights_sha256 " + clean.encode() in comments, comments
+        assert b"comment weights_sha256 " + every.encode() in comments, comments
         other = harness.edge_weights(scale=0.02, k="40")
         server.put_weights("fit_clean_30k.safetensors", other)
-        assert used(server) == ("fit_clean_30k", clean, 30)
+        assert used(server, weights="fit_clean_30k") == ("fit_clean_30k", clean, 30)
         server.signal(signal.SIGHUP)
         server.wait_metric(RELOADS % "ok", 1)
         assert used(server, weights="fit_clean_30k") == ("fit_clean_30k", digest(other), 40)
-        assert used(server, weights="fit_noise_70k") == ("fit_noise_70k", noise, 70)
+        assert used(server) == ("any", every, None)
 
 
-def test_weights_auto_needs_the_regime():
+def test_the_default_judges_every_point():
+    """Standard errors, outliers and creases come from the model for any cloud, and from no other."""
+    doubts = {"normals_stderr": 1, "mean_curvature_stderr": 1, "principal_curvatures_stderr": 2, "outlier": 1, "crease": 1}
+    with harness.Server() as server:
+        headers, body = harness.points_body(SMOOTH, quantities=",".join(doubts))
+        _, outputs = harness.parse_infer(server.post(ESTIMATE, body, headers))
+        assert {name: len(outputs[name]) for name in doubts} == {name: 2000 * width for name, width in doubts.items()}
+        assert all(x > 0 for x in outputs["normals_stderr"]) and set(outputs["crease"]) <= {0, 1}
+        for name in doubts:
+            headers, body = harness.points_body(SMOOTH, weights="fit_clean_30k", quantities=name)
+            expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument", name)
+
+
+def test_weights_auto_needs_the_model_for_any_cloud():
     with harness.Server(weights={"fit_noise_70k.safetensors": harness.edge_weights(k="70", regime="noise")}) as server:
         headers, body = harness.points_body(SMOOTH)
         expect_error(server.post(ESTIMATE, body, headers), 400, "invalid_argument",
-                     "weights: got auto, none of the 1 models is of the regime clean")
+                     "weights: got auto, none of the 1 models is for any cloud (head weighted); name one of them")
 
 
 def test_the_models_of_the_tree_know_a_sphere():

@@ -125,6 +125,13 @@ static void check_warns(int estimator, const char *model, bool with_normals, enu
 	CHECK(warnings.text[kind][0] != '\0');
 }
 
+/* By default models, without normals. */
+static void check_lacks(int estimator, enum gnp_warning_kind kind)
+{
+	struct gnp_warnings warnings = warnings_of(estimator, NULL, false);
+	CHECK_STRING(warnings.text[kind], "");
+}
+
 static void smooth_surfaces_warn_of_nothing(void)
 {
 	static const char *const shapes[] = {"sphere", "torus", "bumpy_torus", "genus2"};
@@ -151,7 +158,8 @@ static void scan_lines_are_told(void)
 {
 	make_scan_lines(0.1);
 	check_warns(GNP_ESTIMATOR_GNP, NULL, false, GNP_WARNING_ROWS);
-	check_warns(GNP_ESTIMATOR_GNP, NULL, false, GNP_WARNING_NORMALS);
+	check_warns(GNP_ESTIMATOR_GNP, "fit_clean_30k", false, GNP_WARNING_NORMALS);
+	check_lacks(GNP_ESTIMATOR_GNP, GNP_WARNING_NORMALS); /* its support reaches over as many rows as it takes */
 	check_warns(GNP_ESTIMATOR_GNP, NULL, true, GNP_WARNING_ROWS);
 	make_scan_lines(0);
 	check_warns(GNP_ESTIMATOR_GMLS, NULL, false, GNP_WARNING_ROWS);
@@ -210,8 +218,9 @@ static void detail_that_is_smoothed_away_is_told(void)
 {
 	make_waves(50);
 	check_warns(GNP_ESTIMATOR_GNP, "fit_noise_70k", false, GNP_WARNING_DETAIL);
+	check_lacks(GNP_ESTIMATOR_ADAPTIVE, GNP_WARNING_DETAIL); /* which the warning recommends */
 	make_cube(30);
-	check_warns(GNP_ESTIMATOR_GNP, NULL, false, GNP_WARNING_DETAIL);
+	check_lacks(GNP_ESTIMATOR_GNP, GNP_WARNING_DETAIL); /* it knows edges */
 	check_warns(GNP_ESTIMATOR_GMLS, NULL, false, GNP_WARNING_DETAIL);
 }
 
@@ -222,6 +231,8 @@ static void standard_errors_under_noise_are_told(void)
 	check_warns(GNP_ESTIMATOR_ADAPTIVE, NULL, false, GNP_WARNING_STDERR);
 	make_sample("sphere", 5000, 0);
 	check_silent("standard errors", GNP_ESTIMATOR_ADAPTIVE, false);
+	make_sample("sphere", 5000, 1e-3);
+	check_lacks(GNP_ESTIMATOR_GNP, GNP_WARNING_STDERR); /* its standard errors know of bias */
 	more_quantities = 0;
 }
 

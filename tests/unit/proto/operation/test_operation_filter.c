@@ -143,14 +143,14 @@ static void check_refused(const char *parameters, gnp_status status, const char 
 
 static void bad_parameters_are_refused(void)
 {
-	check_refused("alpha=0", GNP_INVALID_ARGUMENT, "alpha: got 0, need >0..1000000");
+	check_refused("alpha=-1", GNP_INVALID_ARGUMENT, "alpha: got -1, need 0..1000000");
 	check_refused("alpha=nan", GNP_INVALID_ARGUMENT, "alpha: got \"nan\", need a number");
 	check_refused("gross=0.5 estimator=gmls", GNP_INVALID_ARGUMENT, "gross: got 0.5, need");
 	check_refused("cluster=0", GNP_INVALID_ARGUMENT, "cluster: got 0, need 1..1000000");
 	check_refused("iterations=101", GNP_INVALID_ARGUMENT, "iterations: got 101, need 1..100");
 	check_refused("project=maybe", GNP_INVALID_ARGUMENT, "project: got \"maybe\", need true or false");
 	check_refused("outputs=nothing", GNP_INVALID_ARGUMENT, "outputs: unknown \"nothing\", known: keep, deviation, points, index, normals");
-	check_refused("consensus=true", GNP_UNAVAILABLE, "weights: got \"fit_outlier_50k\", known: none are loaded");
+	check_refused("consensus=true", GNP_UNAVAILABLE, "weights: none are loaded, the estimator gnp needs some");
 }
 
 int main(int argc, char **argv)
