@@ -260,6 +260,7 @@ static void filter(const char *name)
 	struct gnp_error error = {0};
 	static const double bounds[] = {1e-5, 1e-4, 5e-4};
 	options.estimate = with("fit_outlier_50k");
+	options.alpha = 0.1; /* the paper's rule */
 	double begun = gnp_clock();
 	if (gnp_filter_run(&cloud, &options, pool, NULL, &found, &error) != GNP_OK)
 		fail("filter", &error);

@@ -53,7 +53,7 @@ static bool is_in(const char *name, const char *list)
 
 /* Quantities that some estimators have no answer for: `all` is all there are. */
 static const char of_some_estimators[] = "points_stderr normals_stderr gaussian_curvature_stderr mean_curvature_stderr "
-                                         "principal_curvatures_stderr outlier surface_coefficients";
+                                         "principal_curvatures_stderr outlier crease surface_coefficients";
 
 static bool names_all(const struct gnp_call *call)
 {
@@ -178,7 +178,7 @@ static bool judge_estimate(const struct gnp_call *call, const struct gnp_respons
 			good = judge_form(tensor, name[0] != 's', text);
 		if (strcmp(name, "principal_curvatures") == 0)
 			good = judge_order(tensor, text);
-		if (is_in(name, "outlier boundary"))
+		if (is_in(name, "outlier boundary crease"))
 			good = judge_between(tensor, 0, 1, text);
 		if (is_in(name, "residual deviation metric_determinant scale") || strstr(name, "_stderr"))
 			good = judge_between(tensor, 0, INFINITY, text);
