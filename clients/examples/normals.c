@@ -3,7 +3,7 @@
  *     cc -o normals normals.c $(pkg-config --cflags --libs gnp)
  *     OPENBLAS_NUM_THREADS=1 ./normals [FOLDER-OF-WEIGHTS] < cloud.xyz > normals.xyz
  *
- * With weights the estimator is the neural operator of the model that suits the cloud, else moving least squares. */
+ * With weights the estimator is the neural operator of the model for any cloud, else moving least squares. */
 #include <gnp.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -21,7 +21,7 @@ struct gnp_estimate_options {
 	int outliers;         /* enum gnp_outliers_kind */
 	uint64_t quantities;  /* GNP_QUANTITY_BIT mask: all of them, or what the estimator has no answer for is an error */
 	uint64_t if_offered;  /* the same, of those that are left out where the estimator has none */
-	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models that suits the cloud */
+	const struct gnp_model *model;   /* of estimators that use one; NULL: the one of models for any cloud */
 	const struct gnp_models *models; /* to choose from; may be NULL: none */
 	bool unjudged;        /* whether the answer is to be believed is not looked at (belief_answer.h) */
 };
