@@ -276,8 +276,8 @@ static gnp_status set_start(struct flow *flow, const struct gnp_prepared *prepar
 	return GNP_OK;
 }
 
-/* A model chosen by the cloud's noise and outliers stays the flow's. The start was judged, steps are not: what they
- * become is for the rules that stop a flow. */
+/* The model that the start was measured by stays the flow's. The start was judged, steps are not: what they become is
+ * for the rules that stop a flow. */
 static void keep_model(struct flow *flow)
 {
 	flow->rule.estimate.unjudged = true;
