@@ -9,9 +9,8 @@
 
 enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, BATCH = GNP_WEIGHTED_BATCH };
 
-/* A node whose share is above SURE is of the piece, one below DOUBTED is not. A surface serves points within REACH of its
- * scale, and nearer than half way to what is not of it. */
-static const double SURE = 0.8, DOUBTED = 0.5, REACH = 0.3;
+/* A node whose share is below DOUBTED says nothing of the noise. A surface serves points within REACH of its scale. */
+static const double DOUBTED = 0.5, REACH = 0.5;
 
 /* ---- Supports ---- */
 
@@ -171,22 +170,38 @@ static size_t single_nodes(const struct gnp_support *support)
 	return smaller(support->nodes, GNP_SUPPORT_SINGLES);
 }
 
-/* Points that the surface serves: near, surely of the piece, and nearer than half way to the first that is not. */
-static size_t trust(const struct gnp_support *support, const struct gnp_weighted_fit *fit, double reach, uint32_t *member)
+/* Heights of single nodes over the surface, in units of R. */
+static void find_residuals(const struct gnp_support *support, const struct gnp_weighted_fit *fit, double *residual)
+{
+	for (size_t i = 0; i < single_nodes(support); i++) {
+		residual[i] = support->y[i];
+		for (size_t c = 0; c < SIZE; c++)
+			residual[i] -= fit->coefficients[c] * support->rows[i * STRIDE + c];
+	}
+}
+
+/* Whether a node is as near to the surface as those of the piece are: not steeper over it than STEEP, noise aside. */
+static bool is_on_surface(const struct gnp_support *support, double residual, double noise, size_t i)
+{
+	static const double STEEP = 0.35, DEVIATIONS = 4;
+	return fabs(residual) <= STEEP * support->distance[i] || fabs(residual) <= DEVIATIONS * noise;
+}
+
+/* Points that the surface serves: near, of the piece, and nearer than half way to the first that is off the surface. */
+static size_t trust(const struct gnp_support *support, const double *residual, double noise, double reach, uint32_t *member)
 {
 	size_t count = 0;
 	for (size_t i = 1; i < single_nodes(support); i++)
-		if (fit->share[i] < DOUBTED)
+		if (!is_on_surface(support, residual[i], noise, i))
 			reach = fmin(reach, 0.5 * support->distance[i]);
 	member[count++] = support->centre;
-	for (size_t i = 1; i < single_nodes(support); i++)
-		if (support->distance[i] <= reach && fit->share[i] > SURE)
-			member[count++] = support->member[i];
+	for (size_t i = 1; i < single_nodes(support) && support->distance[i] <= reach; i++)
+		member[count++] = support->member[i];
 	return count;
 }
 
-/* The nearest points of the piece as a patch; heights are scaled by twice their deviation from the plane. */
-static gnp_status set_patch(const struct gnp_support *support, const struct gnp_weighted_fit *fit,
+/* The nearest points that are on the surface, as a patch; heights are scaled by twice their deviation from the plane. */
+static gnp_status set_patch(const struct gnp_support *support, const double *residual, double noise,
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t most = single_nodes(support), count = 0;
@@ -197,7 +212,7 @@ static gnp_status set_patch(const struct gnp_support *support, const struct gnp_
 		return gnp_no_memory("gnp", most, "points of a patch", error);
 	double *v = u + most, *w = v + most;
 	for (size_t i = 0; i < most; i++) {
-		if (i > 0 && fit->share[i] < DOUBTED)
+		if (i > 0 && !is_on_surface(support, residual[i], noise, i))
 			continue;
 		index[count] = support->member[i];
 		u[count] = support->u[i] / scale;
@@ -224,18 +239,21 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
                             struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	uint32_t *member = gnp_scratch_take(scratch, GNP_SUPPORT_SINGLES, sizeof *member);
+	double residual[GNP_SUPPORT_SINGLES], noise;
 	if (!member)
 		return gnp_no_memory("gnp", GNP_SUPPORT_SINGLES, "points", error);
 	gnp_status status = set_surface(cloud, support, fit, outputs, &piece->fit, scratch, error);
+	find_residuals(support, fit, residual);
+	noise = piece->fit.residual / support->radius;
 	if (status == GNP_OK)
-		status = set_patch(support, fit, piece, scratch, error);
+		status = set_patch(support, residual, noise, piece, scratch, error);
 	if (status != GNP_OK)
 		return status;
 	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0;
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
 	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
 	piece->member = member;
-	piece->trusted = trust(support, fit, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius, member);
+	piece->trusted = trust(support, residual, noise, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius, member);
 	return GNP_OK;
 }
 

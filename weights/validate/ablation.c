@@ -12,6 +12,7 @@
 #include "core/estimate/projection_fit.h"
 #include "core/estimate/sheets.h"
 #include "weights/protocol/protocol.h"
+#include "weights/validate/ablation_weighted.h"
 #include "weights/validate/temporary.h"
 
 enum { BATCH = 16, SHAPES = 2, SURVEYED = 4000, PATH_SIZE = GNP_TEMPORARY_PATH + 96 };
@@ -194,6 +195,8 @@ gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t point
                                      float *outputs, struct gnp_error *error)
 {
 	size_t width = gnp_projection_outputs(&model->architecture), count = 0;
+	if (model->architecture.head == GNP_HEAD_WEIGHTED)
+		return gnp_ablation_weighted_outputs(model, points, pool, outputs, error);
 	double *total = gnp_array_zero(width, sizeof *total);
 	gnp_status status = total ? GNP_OK : gnp_no_memory("ablation", width, "outputs", error);
 	for (unsigned which = 0; which < SHAPES && status == GNP_OK; which++)
@@ -206,11 +209,39 @@ gnp_status gnp_ablation_mean_outputs(const struct gnp_model *model, size_t point
 
 /* ---- Altered weights ---- */
 
+bool gnp_ablation_has(const struct gnp_model *model, enum gnp_ablation_part part)
+{
+	bool weighted = model->architecture.head == GNP_HEAD_WEIGHTED;
+	bool trunk = part == GNP_ABLATION_REMOVED || part == GNP_ABLATION_RANDOM;
+	if (part == GNP_ABLATION_NONE)
+		return true;
+	if (trunk && model->architecture.trunk == GNP_TRUNK_NONE)
+		return false;
+	return weighted || (part != GNP_ABLATION_WEIGHTS && model->architecture.head == GNP_HEAD_PROJECTION);
+}
+
+/* Of a layer whose first inputs are the trunk's values. */
+static void remove_columns(const struct gnp_model *model, const char *layer, float *parameters)
+{
+	const struct gnp_parameter_row *row = gnp_layout_find(&model->network->layout, layer);
+	for (size_t i = 0; row && i < row->shape[0]; i++)
+		memset(parameters + row->offset + i * row->shape[1], 0, model->architecture.width * sizeof *parameters);
+}
+
 static void remove_trunk(const struct gnp_model *model, float *parameters)
 {
-	const struct gnp_parameter_row *row = gnp_layout_find(&model->network->layout, "head.0.weight");
-	for (size_t i = 0; i < row->shape[0]; i++)
-		memset(parameters + row->offset + i * row->shape[1], 0, model->architecture.width * sizeof *parameters);
+	remove_columns(model, "head.0.weight", parameters);
+	remove_columns(model, "node.0.weight", parameters);
+}
+
+/* Whether a tensor is of the layers and kernels that see the nodes, not of what goes by what these say. */
+static bool is_of_trunk(const char *name)
+{
+	static const char *const others[] = {"head.", "node.", "frame."};
+	for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+		if (strncmp(name, others[i], strlen(others[i])) == 0)
+			return false;
+	return true;
 }
 
 static void draw_trunk(const struct gnp_model *model, float *parameters)
@@ -221,7 +252,7 @@ static void draw_trunk(const struct gnp_model *model, float *parameters)
 	for (size_t r = 0; r < layout->rows; r++) {
 		const struct gnp_parameter_row *row = &layout->row[r];
 		double squares = 0;
-		if (strncmp(row->name, "head.", 5) == 0)
+		if (!is_of_trunk(row->name))
 			continue;
 		for (size_t i = 0; i < row->count; i++)
 			squares += (double)parameters[row->offset + i] * (double)parameters[row->offset + i];
@@ -240,11 +271,13 @@ static gnp_status fix_outputs(const struct gnp_model *model, size_t points, stru
 	return gnp_ablation_mean_outputs(model, points, pool, parameters + bias->offset, error);
 }
 
-static bool has_part(const struct gnp_model *model, enum gnp_ablation_part part)
+/* Logits of 30 throughout. */
+static void weigh_alike(const struct gnp_model *model, float *parameters)
 {
-	bool trunk = part == GNP_ABLATION_REMOVED || part == GNP_ABLATION_RANDOM;
-	return part == GNP_ABLATION_NONE || (model->architecture.head == GNP_HEAD_PROJECTION &&
-	                                     !(trunk && model->architecture.trunk == GNP_TRUNK_NONE));
+	const struct gnp_layout *layout = &model->network->layout;
+	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "node.2.weight");
+	memset(parameters + weight->offset, 0, weight->count * sizeof *parameters);
+	parameters[gnp_layout_find(layout, "node.2.bias")->offset] = 30;
 }
 
 static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_part part, size_t points,
@@ -260,6 +293,8 @@ static gnp_status save_altered(const struct gnp_model *model, enum gnp_ablation_
 		remove_trunk(model, parameters);
 	else if (part == GNP_ABLATION_RANDOM)
 		draw_trunk(model, parameters);
+	else if (part == GNP_ABLATION_WEIGHTS)
+		weigh_alike(model, parameters);
 	else if (part == GNP_ABLATION_CONSTANT)
 		status = fix_outputs(model, points, pool, parameters, error);
 	const struct gnp_model_source source = {.architecture = model->architecture,
@@ -288,7 +323,7 @@ gnp_status gnp_ablation_models(const struct gnp_models *models, enum gnp_ablatio
 	for (size_t i = 0; i < gnp_models_count(models) && status == GNP_OK; i++) {
 		const struct gnp_model *model = gnp_models_at(models, i);
 		path_of(folder, model, path);
-		status = has_part(model, part) ? save_altered(model, part, points, pool, path, error) : GNP_OK;
+		status = gnp_ablation_has(model, part) ? save_altered(model, part, points, pool, path, error) : GNP_OK;
 	}
 	if (status == GNP_OK)
 		status = gnp_models_load(folder, out, error);

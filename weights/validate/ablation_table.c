@@ -4,29 +4,31 @@
 
 #include "weights/validate/validation.h"
 
-/* The means of gnp's rows in a table. */
-static void take_means(const struct gnp_table *table, double mean[GNP_FAMILIES][GNP_REGIMES][GNP_SCORES])
+static const unsigned ALTERED = 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_FIT;
+
+/* The means of a table's rows. */
+static void take_means(const struct gnp_table *table, double mean[GNP_METHODS][GNP_FAMILIES][GNP_REGIMES][GNP_SCORES])
 {
 	struct gnp_row row;
 	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more;
 	     more = gnp_selection_next(&table->selection, &row, &row))
-		for (int s = 0; s < GNP_SCORES && row.method == GNP_METHOD_GNP; s++)
-			mean[row.family][row.regime][s] = gnp_table_mean(table, &row, (enum gnp_score)s);
+		for (int s = 0; s < GNP_SCORES && ALTERED >> row.method & 1; s++)
+			mean[row.method][row.family][row.regime][s] = gnp_table_mean(table, &row, (enum gnp_score)s);
 }
 
-/* gnp's rows alone. */
-static struct gnp_selection rows_of_gnp(const struct gnp_selection *selection)
+/* The rows of gnp and fit alone. */
+static struct gnp_selection rows_altered(const struct gnp_selection *selection)
 {
 	struct gnp_selection own = *selection;
 	for (int r = 0; r < GNP_REGIMES; r++)
-		own.methods[r] &= 1u << GNP_METHOD_GNP;
+		own.methods[r] &= ALTERED;
 	return own;
 }
 
 static gnp_status judge_part(const struct gnp_table *whole, enum gnp_ablation_part part, struct gnp_pool *pool,
                              struct gnp_task *task, struct gnp_ablation_table *out, struct gnp_error *error)
 {
-	struct gnp_selection selection = rows_of_gnp(&whole->selection);
+	struct gnp_selection selection = rows_altered(&whole->selection);
 	struct gnp_models *altered = NULL;
 	struct gnp_table table;
 	gnp_status status = gnp_ablation_models(whole->models, part, whole->protocol.points, pool, &altered, error);
@@ -52,7 +54,7 @@ gnp_status gnp_ablation_table_run(const struct gnp_table *whole, struct gnp_pool
 	struct gnp_ablation_table table;
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < sizeof table.mean / sizeof(double); i++)
-		(&table.mean[0][0][0][0])[i] = NAN;
+		(&table.mean[0][0][0][0][0])[i] = NAN;
 	take_means(whole, table.mean[GNP_ABLATION_NONE]);
 	for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS && status == GNP_OK; part++)
 		status = judge_part(whole, (enum gnp_ablation_part)part, pool, task, &table, error);
@@ -68,25 +70,40 @@ struct style {
 	const char *begin, *between, *end;
 };
 
+static bool is_judged(const double mean[GNP_SCORES])
+{
+	return !(isnan(mean[0]) && isnan(mean[GNP_SCORES - 1]));
+}
+
+static void write_row(const struct style *style, const struct gnp_row *row, unsigned part,
+                      const double mean[GNP_SCORES], FILE *out)
+{
+	fprintf(out, "%s%-5s%s%-8s%s%-10s%s%-16s", style->begin, gnp_method_info(row->method)->name, style->between,
+	        gnp_family_name(row->family), style->between, gnp_regime_info(row->regime)->name, style->between,
+	        gnp_ablation_name(part));
+	for (int s = 0; s < GNP_SCORES; s++)
+		if (is_judged(mean))
+			fprintf(out, "%s%14.2e", style->between, mean[s]);
+		else
+			fprintf(out, "%s%14s", style->between, "-");
+	fprintf(out, "%s\n", style->end);
+}
+
 static void write_rows(const struct gnp_ablation_table *table, const struct style *style, FILE *out)
 {
-	for (int f = 0; f < GNP_FAMILIES; f++)
-		for (int r = 0; r < GNP_REGIMES; r++)
-			for (unsigned part = 0; part < GNP_ABLATION_PARTS; part++) {
-				const double *mean = table->mean[part][f][r];
-				if (isnan(mean[0]) && isnan(mean[GNP_SCORES - 1]))
-					continue;
-				fprintf(out, "%s%-8s%s%-10s%s%-16s", style->begin, gnp_family_name((enum gnp_family)f), style->between,
-				        gnp_regime_info((enum gnp_regime)r)->name, style->between, gnp_ablation_name(part));
-				for (int s = 0; s < GNP_SCORES; s++)
-					fprintf(out, "%s%14.2e", style->between, mean[s]);
-				fprintf(out, "%s\n", style->end);
+	for (int m = 0; m < GNP_METHODS; m++)
+		for (int f = 0; f < GNP_FAMILIES; f++)
+			for (int r = 0; r < GNP_REGIMES; r++) {
+				const struct gnp_row row = {(enum gnp_family)f, (enum gnp_regime)r, (enum gnp_method)m};
+				for (unsigned part = 0; part < GNP_ABLATION_PARTS && is_judged(table->mean[0][m][f][r]); part++)
+					write_row(style, &row, part, table->mean[part][m][f][r], out);
 			}
 }
 
 static void write_head(const struct style *style, FILE *out)
 {
-	fprintf(out, "%s%-8s%s%-10s%s%-16s", style->begin, "family", style->between, "regime", style->between, "part");
+	fprintf(out, "%s%-5s%s%-8s%s%-10s%s%-16s", style->begin, "model", style->between, "family", style->between,
+	        "regime", style->between, "part");
 	for (int s = 0; s < GNP_SCORES; s++)
 		fprintf(out, "%s%14s", style->between, gnp_score_heading((enum gnp_score)s));
 	fprintf(out, "%s\n", style->end);
@@ -95,7 +112,7 @@ static void write_head(const struct style *style, FILE *out)
 void gnp_ablation_table_write_text(const struct gnp_ablation_table *table, FILE *out)
 {
 	static const struct style plain = {"", "  ", ""};
-	fputs("\nablation of gnp's models\n", out);
+	fputs("\nablation of the models of gnp and fit\n", out);
 	write_head(&plain, out);
 	write_rows(table, &plain, out);
 }
@@ -103,13 +120,14 @@ void gnp_ablation_table_write_text(const struct gnp_ablation_table *table, FILE 
 void gnp_ablation_table_write_markdown(const struct gnp_ablation_table *table, FILE *out)
 {
 	static const struct style bars = {"| ", " | ", " |"};
-	fputs("\n## Ablation\nMean errors of `gnp` with a part of its models taken away.", out);
+	fputs("\n## Ablation\nMean errors of `gnp` and `fit` with a part of their models taken away; -: they have none.",
+	      out);
 	for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
 		fprintf(out, "%s %s: %s.", part == GNP_ABLATION_NONE + 1 ? "" : "\n", gnp_ablation_name(part),
 		        gnp_ablation_help(part));
 	fputs("\n\n", out);
 	write_head(&bars, out);
-	fputs("| --- | --- | --- |", out);
+	fputs("| --- | --- | --- | --- |", out);
 	for (int s = 0; s < GNP_SCORES; s++)
 		fputs(" ---: |", out);
 	fputc('\n', out);

@@ -19,7 +19,7 @@ static const struct gnp_option options[] = {
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
 	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, "
 	                  "--points, --regimes, --markdown); real: normals on meshes and scans"},
-	{"estimators", 0, "LIST", "some of gnp, pooled, gmls, adaptive (all whose weights are loaded)"},
+	{"estimators", 0, "LIST", "some of gnp, fit, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
 	{"regimes", 0, "LIST", "some of clean-30, clean-50, outlier-50, noise-70"},
@@ -32,7 +32,8 @@ static const struct gnp_option options[] = {
 	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
 	{"only", 0, "LIST", "table real: these meshes alone"},
 	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
-	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs"},
+	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs, "
+	                    "with node weights of one"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
 	{"markdown", 0, "FILE", "write the table as Markdown"},
 	{"help", 0, NULL, "this text"},
@@ -96,7 +97,8 @@ struct plan {
 	uint64_t workers;
 };
 
-static const unsigned QUICK_METHODS = 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_GMLS | 1u << GNP_METHOD_ADAPTIVE;
+static const unsigned QUICK_METHODS =
+	1u << GNP_METHOD_GNP | 1u << GNP_METHOD_FIT | 1u << GNP_METHOD_GMLS | 1u << GNP_METHOD_ADAPTIVE;
 
 static gnp_status parse_sizes(const struct gnp_arguments *arguments, struct plan *plan, struct gnp_error *error)
 {
@@ -199,10 +201,12 @@ static void restrict_plan(struct plan *plan, const struct gnp_models *models)
 	gnp_selection_restrict(&plan->selection, models);
 	wanted.families &= ~(wanted.families - 1); /* weights serve all families alike */
 	for (bool more = gnp_selection_next(&wanted, NULL, &row); more; more = gnp_selection_next(&wanted, &row, &row))
-		if (!gnp_selection_has(&plan->selection, &row))
-			fprintf(stderr, "gnp-validate: without %s in %s: no weights \"%s%s%s\"\n", method_name(row.method),
-			        regime_name(row.regime), gnp_method_info(row.method)->before, gnp_regime_info(row.regime)->weights,
-			        gnp_method_info(row.method)->behind);
+		if (!gnp_selection_has(&plan->selection, &row)) {
+			const struct gnp_model *model;
+			struct gnp_error why = {0};
+			gnp_method_model(row.method, row.regime, models, &model, &why);
+			fprintf(stderr, "gnp-validate: without %s\n", why.text);
+		}
 }
 
 /* The table for a plan, still empty. */

@@ -13,14 +13,15 @@ static const struct smooth {
 	const char *name, *shape;
 	size_t count;
 	double noise;
+	bool open;
 } smooth[] = {
-	{"torus", "torus", 200, 0},
-	{"torus", "torus", 2000, 0.3},
-	{"saddle", "saddle", 10000, 0},
-	{"saddle", "saddle", 10000, 0.3},
-	{"cylinder", "cylinder", 10000, 0},
-	{"cylinder", "cylinder", 10000, 1},
-	{"bumpy torus", "bumpy_torus", 20000, 1},
+	{"torus", "torus", 200, 0, false},
+	{"torus", "torus", 2000, 0.3, false},
+	{"saddle", "saddle", 10000, 0, true},
+	{"saddle", "saddle", 10000, 0.3, true},
+	{"cylinder", "cylinder", 10000, 0, true},
+	{"cylinder", "cylinder", 10000, 1, true},
+	{"bumpy torus", "bumpy_torus", 20000, 1, false},
 };
 
 static const struct creased {
@@ -32,6 +33,7 @@ static const struct creased {
 	{"even", GNP_SOLID_EVEN, 0, false},
 	{"even, edges too", GNP_SOLID_EVEN, 0, true},
 	{"random, noise 0.3", GNP_SOLID_RANDOM, 0.3, false},
+	{"gradient, noise 0.1", GNP_SOLID_GRADIENT, 0.1, false},
 };
 enum { SMOOTH = sizeof smooth / sizeof smooth[0], CREASED = sizeof creased / sizeof creased[0], SOLID_POINTS = 10000 };
 
@@ -68,10 +70,30 @@ static gnp_status make_smooth(const struct smooth *body, uint64_t seed, struct g
 	*out = (struct gnp_real_cloud){.count = sample.count,
 	                               .points = sample.points,
 	                               .normals = sample.normals,
-	                               .mean_curvature = sample.mean_curvature};
-	sample.points = sample.normals = sample.mean_curvature = NULL;
+	                               .mean_curvature = sample.mean_curvature,
+	                               .gaussian_curvature = sample.gaussian_curvature,
+	                               .open = body->open,
+	                               .detailed = true,
+	                               .hardness = body->noise > 0 ? GNP_REAL_NOISE : GNP_REAL_SMOOTH};
+	sample.points = sample.normals = sample.mean_curvature = sample.gaussian_curvature = NULL;
 	gnp_sample_clear(&sample);
 	return GNP_OK;
+}
+
+/* K of the second fundamental form as a symmetric tensor in space, of which one eigenvalue is 0. */
+static double gaussian_of(const double *form)
+{
+	double trace = form[0] + form[4] + form[8], squares = 0;
+	for (int i = 0; i < 9; i++)
+		squares += form[i] * form[i];
+	return (trace * trace - squares) / 2;
+}
+
+static enum gnp_real_hardness hardness_of(const struct creased *way)
+{
+	if (way->sampling != GNP_SOLID_EVEN && way->sampling != GNP_SOLID_RANDOM)
+		return GNP_REAL_UNEVEN;
+	return way->noise > 0 ? GNP_REAL_NOISE : GNP_REAL_EDGES;
 }
 
 /* Curvature, noise, and which points are not judged. */
@@ -83,6 +105,8 @@ static void fill_creased(const struct creased *way, uint64_t seed, const struct 
 	for (size_t i = 0; i < sample->count; i++) {
 		const double *form = sample->second_form + 9 * i;
 		out->mean_curvature[i] = (form[0] + form[4] + form[8]) / 2;
+		out->gaussian_curvature[i] = gaussian_of(form);
+		out->edge[i] = sample->edge[i] / sample->spacing;
 		out->unjudged[i] = !way->edges && sample->edge[i] <= sample->spacing;
 		for (int c = 0; c < 3; c++)
 			out->points[3 * i + c] += way->noise * sample->spacing * gnp_random_normal(&random);
@@ -102,9 +126,13 @@ static gnp_status make_creased(int kind, const struct creased *way, uint64_t see
 	                               .points = sample.points,
 	                               .normals = sample.normals,
 	                               .mean_curvature = gnp_array_new(sample.count, sizeof(double)),
+	                               .gaussian_curvature = gnp_array_new(sample.count, sizeof(double)),
+	                               .edge = gnp_array_new(sample.count, sizeof(double)),
+	                               .detailed = !way->edges, /* those are another's points again */
+	                               .hardness = hardness_of(way),
 	                               .unjudged = gnp_array_new(sample.count, 1)};
 	sample.points = sample.normals = NULL;
-	if (cloud.mean_curvature && cloud.unjudged) {
+	if (cloud.mean_curvature && cloud.gaussian_curvature && cloud.edge && cloud.unjudged) {
 		fill_creased(way, seed, &sample, &cloud);
 		*out = cloud;
 	} else {

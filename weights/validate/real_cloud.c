@@ -17,6 +17,8 @@ void gnp_real_cloud_clear(struct gnp_real_cloud *cloud)
 	free(cloud->points);
 	free(cloud->normals);
 	free(cloud->mean_curvature);
+	free(cloud->gaussian_curvature);
+	free(cloud->edge);
 	free(cloud->unjudged);
 	free(cloud->centres);
 	*cloud = (struct gnp_real_cloud){0};

@@ -7,7 +7,12 @@
 #ifndef GNP_WEIGHTS_REAL_CLOUD_H
 #define GNP_WEIGHTS_REAL_CLOUD_H
 
+#include <stdbool.h>
+
 #include "weights/validate/real_mesh.h"
+
+/* Of exact bodies: what makes them hard, the last that holds. */
+enum gnp_real_hardness { GNP_REAL_SMOOTH, GNP_REAL_EDGES, GNP_REAL_NOISE, GNP_REAL_UNEVEN, GNP_REAL_HARDNESSES };
 
 /* Owned; gnp_real_cloud_clear frees the arrays. */
 struct gnp_real_cloud {
@@ -15,6 +20,11 @@ struct gnp_real_cloud {
 	double *points;          /* (count, 3) [length] */
 	double *normals;         /* (count, 3) the truth: unit, outward */
 	double *mean_curvature;  /* (count) the truth; NULL: not known */
+	double *gaussian_curvature; /* (count) likewise */
+	double *edge;            /* (count) distance to the nearest edge, rim or tip, in spacings; NULL: none known */
+	bool open;               /* there are rims that edge does not know */
+	bool detailed;           /* error bars and edges are looked at too (real_detail.h); then curvatures are known */
+	enum gnp_real_hardness hardness; /* of detailed ones */
 	unsigned char *unjudged; /* (count) 1: never a centre; NULL: none is that */
 	size_t centre_count;
 	uint32_t *centres; /* (centre_count) the points judged */

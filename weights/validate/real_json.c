@@ -1,7 +1,7 @@
 /* The real table as JSON: every score of every variant, cloud by cloud. */
 #include <math.h>
 
-#include "weights/validate/real_table.h"
+#include "weights/validate/real_extra.h"
 
 static void write_number(const char *name, double value, const char *after, FILE *out)
 {
@@ -71,7 +71,9 @@ void gnp_real_table_write_json(const struct gnp_real_table *table, FILE *out)
 			write_summary(table, (enum gnp_real_section)s, c, out);
 			between = ",\n";
 		}
-	fputs("],\n  \"clouds\": [", out);
+	fputs("],\n", out);
+	gnp_real_extra_write_json(table, out);
+	fputs("  \"clouds\": [", out);
 	for (size_t r = 0; r < table->row_count; r++) {
 		fputs(r ? ",\n" : "\n", out);
 		write_row(table, &table->rows[r], out);

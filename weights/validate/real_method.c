@@ -9,6 +9,7 @@
 #include "core/estimate/estimate.h"
 #include "core/linear/pca.h"
 #include "core/search/neighbors.h"
+#include "weights/validate/method.h"
 
 static const unsigned neighbors_of_pca[GNP_REAL_VARIANTS] = {10, 18, 30, 50, 112};
 
@@ -26,8 +27,8 @@ static void add_models(const struct gnp_models *models, enum gnp_ablation_part p
                        size_t *count)
 {
 	size_t first = *count;
-	if (gnp_models_count(models) > 0)
-		add(out, count, "gnp");
+	if (gnp_method_any(models))
+		add(out, count, "gnp")->model = gnp_method_any(models);
 	for (size_t i = 0; i < gnp_models_count(models); i++) {
 		const struct gnp_model *model = gnp_models_at(models, i);
 		if (model->architecture.head != GNP_HEAD_PROJECTION)

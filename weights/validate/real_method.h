@@ -21,16 +21,16 @@ struct gnp_real_method {
 	char name[GNP_MODEL_NAME_MAX + 1];
 	enum gnp_real_kind kind;
 	int estimator;                   /* enum gnp_estimator_kind */
-	const struct gnp_model *model;   /* NULL: chosen by the cloud, or none is used */
-	const struct gnp_models *models; /* to choose from, borrowed; NULL: it uses none */
+	const struct gnp_model *model;   /* NULL: none is used */
+	const struct gnp_models *models; /* that it is one of, borrowed; NULL: it uses none */
 	enum gnp_ablation_part part;     /* what is missing of its models */
 	const struct gnp_real_peer *peer;
 	size_t variants;   /* the best of them counts, cloud by cloud */
 	const unsigned *k; /* (variants) neighbours, the point itself included; NULL: its own choice */
 };
 
-/* All of them in the table's order: gnp with its defaults, each model of the projection head by name, adaptive, gmls,
- * PCA, and the peers that are there. Their number is returned. */
+/* All of them in the table's order: gnp with its defaults, where there is the model for any cloud, each model of the
+ * projection head by name, adaptive, gmls, PCA, and the peers that are there. Their number is returned. */
 size_t gnp_real_method_list(const struct gnp_models *models, const struct gnp_real_peers *peers,
                                struct gnp_real_method out[GNP_REAL_METHODS_MAX]);
 /* The first rows again, of altered models (ablation.h), behind the `count` that are there; the new count is returned.

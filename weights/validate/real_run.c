@@ -5,12 +5,14 @@
 #include <string.h>
 
 #include "clients/file_io.h"
+#include "weights/validate/method.h"
 #include "weights/validate/real_body.h"
 #include "weights/validate/real_scan.h"
 
 struct run {
 	const struct gnp_real_plan *plan;
 	struct gnp_real_peers peers;
+	const struct gnp_models *models; /* may be NULL */
 	struct gnp_models *altered[GNP_ABLATION_PARTS];
 	struct gnp_pool *pool;
 	struct gnp_task *task;
@@ -41,6 +43,27 @@ static gnp_status judge(struct run *run, size_t c, const struct gnp_real_cloud *
 	if (run->log)
 		fprintf(run->log, "%s, %s: %s failed: %s\n", row->cloud, row->variant, method->name, why.text);
 	return GNP_OK;
+}
+
+/* What the estimators looked at closer say of themselves; where one fails it is left out, and the log says why. */
+static gnp_status judge_details(struct run *run, const struct gnp_real_cloud *cloud, struct gnp_real_row *row,
+                                struct gnp_error *error)
+{
+	row->hardness = cloud->hardness;
+	for (unsigned d = 0; d < GNP_REAL_DETAILS && cloud->detailed; d++) {
+		size_t c = gnp_real_table_find(&run->table, gnp_real_detail_name(d));
+		struct gnp_error why = {0};
+		if (c == run->table.method_count)
+			continue;
+		gnp_status status =
+			gnp_real_detail_judge(&run->table.methods[c], cloud, run->plan->centres, run->pool, &row->details[d], &why);
+		if (status == GNP_OUT_OF_MEMORY || status == GNP_CANCELLED)
+			return gnp_error_set(error, status, "%s", why.text);
+		if (status != GNP_OK && run->log)
+			fprintf(run->log, "%s, %s: error bars of %s failed: %s\n", row->cloud, row->variant,
+			        gnp_real_detail_name(d), why.text);
+	}
+	return gnp_task_check(run->task, error);
 }
 
 static void log_row(const struct run *run, const struct gnp_real_row *row)
@@ -81,6 +104,8 @@ static gnp_status take_cloud(struct run *run, enum gnp_real_section section, con
 			status = gnp_task_check(run->task, error);
 	}
 	if (status == GNP_OK)
+		status = judge_details(run, cloud, row, error);
+	if (status == GNP_OK)
 		log_row(run, row);
 	gnp_real_cloud_clear(cloud);
 	return status;
@@ -98,6 +123,48 @@ static const struct sampling {
 	{"stripes", 0, GNP_REAL_STRIPES},      {"gradient", 0, GNP_REAL_GRADIENT},
 };
 
+/* The default filter of a sample as it is, or with outliers planted, into a row of the table. What fails is left out,
+ * and the log says why. */
+static gnp_status filter_one(struct run *run, const char *name, const struct sampling *sampling,
+                             const struct gnp_real_cloud *cloud, const struct gnp_real_mesh *mesh, double planted,
+                             struct gnp_error *error)
+{
+	double spacing = sqrt(mesh->area / (double)cloud->count);
+	const struct gnp_real_planting planting = {planted * mesh->diagonal,
+	                                           fmax(3 * sampling->noise * mesh->diagonal, 0.3 * spacing),
+	                                           gnp_real_cloud_seed(name)};
+	struct gnp_real_filtered filtered;
+	struct gnp_error why = {0};
+	gnp_status status = gnp_real_filter_judge(cloud, &planting, run->models, run->pool, &filtered, &why);
+	if (status == GNP_OUT_OF_MEMORY || status == GNP_CANCELLED)
+		return gnp_error_set(error, status, "%s", why.text);
+	if (status != GNP_OK) {
+		if (run->log)
+			fprintf(run->log, "%s, %s: the filter failed: %s\n", name, sampling->name, why.text);
+		return gnp_task_check(run->task, error);
+	}
+	struct gnp_real_filter_row *row = gnp_real_table_add_filter(&run->table);
+	if (!row)
+		return gnp_no_memory("table", run->table.filter_count + 1, "rows", error);
+	*row = (struct gnp_real_filter_row){.planted = planted, .filtered = filtered};
+	snprintf(row->cloud, sizeof row->cloud, "%s", name);
+	snprintf(row->variant, sizeof row->variant, "%s", sampling->name);
+	return gnp_task_check(run->task, error);
+}
+
+/* Outliers are planted where points are dense alike and noise leaves room for them. */
+static gnp_status filter_sample(struct run *run, const char *name, const struct sampling *sampling,
+                                const struct gnp_real_cloud *cloud, const struct gnp_real_mesh *mesh,
+                                struct gnp_error *error)
+{
+	static const double planted[] = {0, 5e-3, 2e-2};
+	gnp_status status = GNP_OK;
+	size_t plantings = sampling->density == GNP_REAL_EVEN && sampling->noise < 0.002 ? 3 : 1;
+	for (size_t i = 0; i < plantings && status == GNP_OK && gnp_method_any(run->models); i++)
+		status = filter_one(run, name, sampling, cloud, mesh, planted[i], error);
+	return status;
+}
+
 static gnp_status take_samples(struct run *run, const char *name, const struct gnp_real_mesh *mesh,
                                struct gnp_error *error)
 {
@@ -107,8 +174,13 @@ static gnp_status take_samples(struct run *run, const char *name, const struct g
 		                                           gnp_real_cloud_seed(name)};
 		struct gnp_real_cloud cloud;
 		status = gnp_real_cloud_sample(mesh, &sampling, &cloud, error);
+		if (status != GNP_OK)
+			break;
+		status = filter_sample(run, name, &samplings[i], &cloud, mesh, error);
 		if (status == GNP_OK)
 			status = take_cloud(run, GNP_REAL_SAMPLES, name, samplings[i].name, &cloud, error);
+		else
+			gnp_real_cloud_clear(&cloud);
 	}
 	return status;
 }
@@ -233,6 +305,8 @@ static gnp_status add_ablated(struct run *run, const struct gnp_models *models, 
 
 static void log_skipped(const struct run *run)
 {
+	if (run->log && !gnp_method_any(run->models))
+		fputs("skipped: gnp and the filter, for want of the model for any cloud\n", run->log);
 	for (size_t i = 0; run->log && gnp_real_peer_at(i); i++)
 		if (!gnp_real_peers_have(&run->peers, gnp_real_peer_at(i)))
 			fprintf(run->log, "skipped: %s\n", gnp_real_peer_at(i)->name);
@@ -258,7 +332,7 @@ static gnp_status fill(struct run *run, const struct gnp_models *models, struct 
 gnp_status gnp_real_run(const struct gnp_real_plan *plan, const struct gnp_models *models, struct gnp_pool *pool,
                         struct gnp_task *task, FILE *log, struct gnp_real_table *out, struct gnp_error *error)
 {
-	struct run run = {.plan = plan, .pool = pool, .task = task, .log = log, .table = {.plan = *plan}};
+	struct run run = {.plan = plan, .models = models, .pool = pool, .task = task, .log = log, .table = {.plan = *plan}};
 	double begun = gnp_clock();
 	gnp_status status = gnp_real_peers_open(plan->peers, &run.peers, error);
 	if (status != GNP_OK)

@@ -20,6 +20,18 @@ const char *gnp_real_section_title(enum gnp_real_section section)
 	return titles[section];
 }
 
+const char *gnp_real_detail_name(unsigned which)
+{
+	static const char *const of[GNP_REAL_DETAILS] = {"gnp", "adaptive"};
+	return of[which];
+}
+
+const char *gnp_real_hardness_name(enum gnp_real_hardness hardness)
+{
+	static const char *const of[GNP_REAL_HARDNESSES] = {"smooth", "edges", "noise", "uneven"};
+	return of[hardness];
+}
+
 struct gnp_real_plan gnp_real_plan_full(void)
 {
 	return (struct gnp_real_plan){.points = 100000, .centres = 5000, .sections = (1u << GNP_REAL_SECTIONS) - 1};
@@ -34,9 +46,11 @@ void gnp_real_table_clear(struct gnp_real_table *table)
 {
 	free(table->rows);
 	free(table->meshes);
+	free(table->filters);
 	table->rows = NULL;
 	table->meshes = NULL;
-	table->row_count = table->mesh_count = 0;
+	table->filters = NULL;
+	table->row_count = table->mesh_count = table->filter_count = 0;
 }
 
 struct gnp_real_row *gnp_real_table_add(struct gnp_real_table *table)
@@ -61,6 +75,16 @@ struct gnp_real_mesh_fact *gnp_real_table_add_mesh(struct gnp_real_table *table)
 	table->meshes = meshes;
 	memset(&meshes[table->mesh_count], 0, sizeof *meshes);
 	return &meshes[table->mesh_count++];
+}
+
+struct gnp_real_filter_row *gnp_real_table_add_filter(struct gnp_real_table *table)
+{
+	struct gnp_real_filter_row *filters = realloc(table->filters, (table->filter_count + 1) * sizeof *filters);
+	if (!filters)
+		return NULL;
+	table->filters = filters;
+	memset(&filters[table->filter_count], 0, sizeof *filters);
+	return &filters[table->filter_count++];
 }
 
 /* ---- Figures ---- */
@@ -94,7 +118,7 @@ size_t gnp_real_table_find(const struct gnp_real_table *table, const char *name)
 	return c;
 }
 
-static double best_figure(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
+double gnp_real_table_best(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method)
 {
 	return fmax(gnp_real_table_figure(row, method, gnp_real_table_variant(table, row, method)), ANGLE_LEAST);
 }
@@ -105,7 +129,7 @@ static double best_other(const struct gnp_real_table *table, const struct gnp_re
 	double best = INFINITY;
 	for (size_t c = 0; c < table->method_count; c++)
 		if (c != method && table->methods[c].part == GNP_ABLATION_NONE)
-			best = fmin(best, best_figure(table, row, c));
+			best = fmin(best, gnp_real_table_best(table, row, c));
 	return best;
 }
 
@@ -113,9 +137,9 @@ static void add_row(const struct gnp_real_table *table, const struct gnp_real_ro
                     struct gnp_real_summary *sum)
 {
 	const struct gnp_real_score *score = gnp_real_table_score(table, row, method);
-	double own = best_figure(table, row, method), other = best_other(table, row, method);
+	double own = gnp_real_table_best(table, row, method), other = best_other(table, row, method);
 	sum->rows++;
-	sum->ratio += pca < table->method_count ? own / best_figure(table, row, pca) : NAN;
+	sum->ratio += pca < table->method_count ? own / gnp_real_table_best(table, row, pca) : NAN;
 	sum->best += own <= other;
 	sum->worst = fmax(sum->worst, own / other);
 	sum->mean += own;

@@ -4,6 +4,8 @@
 
 #include <stdio.h>
 
+#include "weights/validate/real_detail.h"
+#include "weights/validate/real_filter.h"
 #include "weights/validate/real_method.h"
 
 enum gnp_real_section {
@@ -32,10 +34,17 @@ struct gnp_real_plan {
 struct gnp_real_plan gnp_real_plan_full(void);
 struct gnp_real_plan gnp_real_plan_quick(void);
 
+/* Who is looked at closer on exact bodies. */
+enum gnp_real_detailed { GNP_REAL_DETAIL_GNP, GNP_REAL_DETAIL_ADAPTIVE, GNP_REAL_DETAILS };
+const char *gnp_real_detail_name(unsigned which); /* the method's */
+const char *gnp_real_hardness_name(enum gnp_real_hardness hardness);
+
 struct gnp_real_row {
 	enum gnp_real_section section;
 	char cloud[64], variant[32]; /* the surface, and how it is sampled */
 	size_t points, centres;
+	enum gnp_real_hardness hardness;
+	struct gnp_real_detail details[GNP_REAL_DETAILS];
 	struct gnp_real_score scores[GNP_REAL_METHODS_MAX][GNP_REAL_VARIANTS];
 };
 
@@ -50,17 +59,26 @@ struct gnp_real_table {
 		char name[64];
 		size_t vertices, triangles;
 	} * meshes; /* (mesh_count) */
+	size_t filter_count;
+	struct gnp_real_filter_row {
+		char cloud[64], variant[32];
+		double planted; /* deviation of what was planted over the diagonal; 0: none was */
+		struct gnp_real_filtered filtered;
+	} * filters; /* (filter_count) of the default filter; none without the model for any cloud */
 };
 void gnp_real_table_clear(struct gnp_real_table *table);
 
-/* A row of no scores at the end of the table, and a mesh. NULL when memory is exhausted. */
+/* A row of no scores at the end of the table, a mesh, and a row of the filter. NULL when memory is exhausted. */
 struct gnp_real_row *gnp_real_table_add(struct gnp_real_table *table);
 struct gnp_real_mesh_fact *gnp_real_table_add_mesh(struct gnp_real_table *table);
+struct gnp_real_filter_row *gnp_real_table_add_filter(struct gnp_real_table *table);
 
 /* What a section goes by: the median angle of vertices, else the root mean square angle. */
 double gnp_real_table_figure(const struct gnp_real_row *row, size_t method, size_t variant);
 /* A method's best variant in a row by that. */
 size_t gnp_real_table_variant(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method);
+/* That figure; none counts as below a tenth of a degree. */
+double gnp_real_table_best(const struct gnp_real_table *table, const struct gnp_real_row *row, size_t method);
 /* The score of the best variant. */
 const struct gnp_real_score *gnp_real_table_score(const struct gnp_real_table *table, const struct gnp_real_row *row,
                                                   size_t method);

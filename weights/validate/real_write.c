@@ -1,7 +1,8 @@
 /* The real table as text and as Markdown: a summary a section, then every cloud. */
 #include <math.h>
+#include <string.h>
 
-#include "weights/validate/real_table.h"
+#include "weights/validate/real_extra.h"
 
 /* Rows as text with columns, or as Markdown with bars. */
 struct style {
@@ -175,32 +176,51 @@ static double ratio_to_whole(const struct gnp_real_table *table, enum gnp_real_s
 	double sum = 0;
 	for (size_t r = 0; r < table->row_count; r++)
 		if (table->rows[r].section == section) {
-			sum +=
-				gnp_real_table_figure(&table->rows[r], method, 0) / gnp_real_table_figure(&table->rows[r], whole, 0);
+			const struct gnp_real_row *row = &table->rows[r];
+			sum += gnp_real_table_best(table, row, method) / gnp_real_table_best(table, row, whole);
 			rows++;
 		}
 	return sum / (double)rows;
 }
 
+/* The method of a whole one's name with a part taken away; method_count where its model has no such part. */
+static size_t find_part(const struct gnp_real_table *table, size_t whole, unsigned part)
+{
+	size_t c = 0;
+	while (c < table->method_count && !(table->methods[c].part == (enum gnp_ablation_part)part &&
+	                                    strcmp(table->methods[c].name, table->methods[whole].name) == 0))
+		c++;
+	return c;
+}
+
+static void write_part(const struct gnp_real_table *table, size_t whole, unsigned part, const struct style *style,
+                       FILE *out)
+{
+	size_t altered = find_part(table, whole, part);
+	fprintf(out, "%s%-16s%s%-18s", style->begin, table->methods[whole].name, style->between, gnp_ablation_name(part));
+	for (int s = 0; s < GNP_REAL_SECTIONS; s++)
+		if (altered < table->method_count && rows_of(table, (enum gnp_real_section)s) > 0)
+			fprintf(out, "%s%8.3f", style->between, ratio_to_whole(table, (enum gnp_real_section)s, altered));
+		else
+			fprintf(out, "%s%8s", style->between, "-");
+	fprintf(out, "%s\n", style->end);
+}
+
+static bool has_model(const struct gnp_real_table *table, size_t method)
+{
+	return is_whole(table, method) && table->methods[method].model;
+}
+
 static void write_ablation(const struct gnp_real_table *table, const struct style *style, FILE *out)
 {
-	fprintf(out, "%s%-12s%s%-18s", style->begin, "model", style->between, "part");
+	fprintf(out, "%s%-16s%s%-18s", style->begin, "model", style->between, "part");
 	for (int s = 0; s < GNP_REAL_SECTIONS; s++)
 		fprintf(out, "%s%8s", style->between, gnp_real_section_name((unsigned)s));
 	fprintf(out, "%s\n", style->end);
 	write_rule(style, 2, GNP_REAL_SECTIONS, out);
-	for (size_t c = 0; c < table->method_count; c++) {
-		if (is_whole(table, c))
-			continue;
-		fprintf(out, "%s%-12s%s%-18s", style->begin, table->methods[c].name, style->between,
-		        gnp_ablation_name(table->methods[c].part));
-		for (int s = 0; s < GNP_REAL_SECTIONS; s++)
-			if (rows_of(table, (enum gnp_real_section)s) > 0)
-				fprintf(out, "%s%8.3f", style->between, ratio_to_whole(table, (enum gnp_real_section)s, c));
-			else
-				fprintf(out, "%s%8s", style->between, "-");
-		fprintf(out, "%s\n", style->end);
-	}
+	for (size_t c = 0; c < table->method_count; c++)
+		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS && has_model(table, c); part++)
+			write_part(table, c, part, style, out);
 	fputc('\n', out);
 }
 
@@ -227,6 +247,7 @@ void gnp_real_table_write_text(const struct gnp_real_table *table, FILE *out)
 	}
 	if (rows_of(table, GNP_REAL_BODIES) > 0)
 		write_curvatures(table, &plain, out);
+	gnp_real_extra_write_text(table, out);
 	if (table->plan.ablate)
 		write_ablation(table, &plain, out);
 	write_seconds(table, &plain, out);
@@ -255,8 +276,8 @@ static void write_introduction(const struct gnp_real_table *table, FILE *out)
 	else
 		fputs("Judged are all points.\n", out);
 	fputs("Angles are in degrees between lines, so that sides do not count; root mean squares, of vertices medians.\n"
-	      "What gives no normal counts as 90. `gnp` is the default, whose weights go by the cloud; then its models\n"
-	      "by name, our estimators without weights, plain PCA, and programs of others (`tests/peers`). In\n"
+	      "What gives no normal counts as 90. `gnp` is the default, one model for every cloud; then those of the\n"
+	      "regimes by name, our estimators without weights, plain PCA, and programs of others (`tests/peers`). In\n"
 	      "parentheses: the neighbours taken, the point itself included; of 10, 18, 30, 50 and 112 the best for\n"
 	      "each cloud counts, which nobody knows beforehand.\n\n"
 	      "Summaries: `to PCA` is the mean ratio to the best PCA; `best %` the share of clouds on which nobody else\n"
@@ -301,8 +322,10 @@ void gnp_real_table_write_markdown(const struct gnp_real_table *table, FILE *out
 		if (section == GNP_REAL_BODIES)
 			write_curvatures(table, &bars, out);
 	}
+	gnp_real_extra_write_markdown(table, out);
 	if (table->plan.ablate) {
-		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing.\n",
+		fputs("## Ablation\nThe mean ratio of the figures to those of the whole model; 1: the part does nothing; -:\n"
+		      "the model has none.\n",
 		      out);
 		for (unsigned part = GNP_ABLATION_NONE + 1; part < GNP_ABLATION_PARTS; part++)
 			fprintf(out, "%s: %s. ", gnp_ablation_name(part), gnp_ablation_help(part));

@@ -50,7 +50,8 @@ const struct gnp_model *gnp_table_model(const struct gnp_table *table, const str
 int gnp_table_k(const struct gnp_table *table, const struct gnp_row *row)
 {
 	const struct gnp_model *model = gnp_table_model(table, row);
-	return model ? (int)model->recipe.k : gnp_regime_info(row->regime)->k;
+	bool own = model && model->architecture.head != GNP_HEAD_WEIGHTED; /* that finds its neighbourhoods by itself */
+	return own ? (int)model->recipe.k : gnp_regime_info(row->regime)->k;
 }
 
 double *gnp_table_errors(const struct gnp_table *table, const struct gnp_row *row, size_t shape)
@@ -91,14 +92,15 @@ double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row
 	return (ranked(table, row, score, (count - 1) / 2) + ranked(table, row, score, count / 2)) / 2;
 }
 
-bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *row, struct gnp_row *next)
+bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row,
+                          struct gnp_row *next)
 {
 	struct gnp_row at;
 	for (bool more = gnp_selection_next(&table->selection, row, &at); more; more = gnp_selection_next(&table->selection, &at, &at)) {
 		const struct gnp_regime_info *info = gnp_regime_info(at.regime);
-		const struct gnp_row beside = {at.family, at.regime, GNP_METHOD_ADAPTIVE};
-		bool clean = info->noise == 0 && info->outlier_fraction == 0;
-		if (at.method == GNP_METHOD_GNP && !clean && gnp_selection_has(&table->selection, &beside)) {
+		const struct gnp_row beside = {at.family, at.regime, other};
+		bool passed = other == GNP_METHOD_ADAPTIVE && info->noise == 0 && info->outlier_fraction == 0;
+		if (at.method == GNP_METHOD_GNP && !passed && gnp_selection_has(&table->selection, &beside)) {
 			*next = at;
 			return true;
 		}

@@ -30,7 +30,7 @@ void gnp_table_clear(struct gnp_table *table);
 struct gnp_table_shape *gnp_table_shape(const struct gnp_table *table, enum gnp_family family, size_t shape);
 /* The weights a selected row is judged with; NULL: it uses none. */
 const struct gnp_model *gnp_table_model(const struct gnp_table *table, const struct gnp_row *row);
-/* Neighbours that set its patches: its model's, else the regime's. */
+/* Neighbours that set its patches: its model's, where that goes by any, else the regime's. */
 int gnp_table_k(const struct gnp_table *table, const struct gnp_row *row);
 /* (GNP_SCORES) errors of a row on one of its shapes. */
 double *gnp_table_errors(const struct gnp_table *table, const struct gnp_row *row, size_t shape);
@@ -39,8 +39,10 @@ double *gnp_table_errors(const struct gnp_table *table, const struct gnp_row *ro
 double gnp_table_mean(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score);
 double gnp_table_median(const struct gnp_table *table, const struct gnp_row *row, enum gnp_score score);
 
-/* The rows of gnp that are compared with adaptive, as gnp_selection_next: where both are judged and clouds are noisy or have outliers. */
-bool gnp_table_next_ratio(const struct gnp_table *table, const struct gnp_row *row, struct gnp_row *next);
+/* The rows of gnp that are compared with another method, as gnp_selection_next: where both are judged, and with
+ * adaptive where clouds are noisy or have outliers. */
+bool gnp_table_next_ratio(const struct gnp_table *table, enum gnp_method other, const struct gnp_row *row,
+                          struct gnp_row *next);
 /* The mean of a row over that of another method in its place. */
 double gnp_table_ratio(const struct gnp_table *table, const struct gnp_row *row, enum gnp_method other, enum gnp_score score);
 

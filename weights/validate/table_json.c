@@ -109,16 +109,17 @@ static void write_summary(const struct gnp_table *table, FILE *out)
 	fputs("],\n", out);
 }
 
-/* The means of gnp over those of adaptive. */
-static void write_ratios(const struct gnp_table *table, FILE *out)
+/* The means of gnp over those of another method. */
+static void write_ratios(const struct gnp_table *table, enum gnp_method other, FILE *out)
 {
 	struct gnp_row row;
 	bool first = true;
-	fputs(" \"gnp_over_adaptive\": [", out);
-	for (bool more = gnp_table_next_ratio(table, NULL, &row); more; more = gnp_table_next_ratio(table, &row, &row), first = false) {
+	fprintf(out, " \"gnp_over_%s\": [", gnp_method_info(other)->name);
+	for (bool more = gnp_table_next_ratio(table, other, NULL, &row); more;
+	     more = gnp_table_next_ratio(table, other, &row, &row), first = false) {
 		double ratios[GNP_SCORES];
 		for (int s = 0; s < GNP_SCORES; s++)
-			ratios[s] = gnp_table_ratio(table, &row, GNP_METHOD_ADAPTIVE, (enum gnp_score)s);
+			ratios[s] = gnp_table_ratio(table, &row, other, (enum gnp_score)s);
 		fprintf(out, "%s\n   {\"family\": \"%s\", \"regime\": \"%s\", ", first ? "" : ",", gnp_family_name(row.family),
 		        gnp_regime_info(row.regime)->name);
 		write_scores("ratio", ratios, out);
@@ -140,7 +141,8 @@ void gnp_table_write_json(const struct gnp_table *table, FILE *out)
 	fputs("},\n  \"resolved\": \"largest |principal curvature| * epsilon <= 1, epsilon = 1.1 sqrt(30 A / (pi N)); toroidal only\"},\n",
 	      out);
 	write_summary(table, out);
-	write_ratios(table, out);
+	write_ratios(table, GNP_METHOD_FIT, out);
+	write_ratios(table, GNP_METHOD_ADAPTIVE, out);
 	fputs(" \"rows\": [\n", out);
 	for (bool more = gnp_selection_next(&table->selection, NULL, &row); more;) {
 		write_row(table, &row, out);

@@ -116,23 +116,35 @@ static void write_verdicts(const struct style *style, const struct gnp_table *ta
 	}
 }
 
-static void write_ratios(const struct style *style, const struct gnp_table *table, FILE *out)
+/* Quotients over `limit` are marked. */
+static void write_ratios(const struct style *style, const struct gnp_table *table, enum gnp_method other, double limit,
+                         FILE *out)
 {
 	struct gnp_row row;
-	bool more = gnp_table_next_ratio(table, NULL, &row);
+	int cells = 0, within = 0;
+	char note[160];
+	bool more = gnp_table_next_ratio(table, other, NULL, &row);
 	if (!more)
 		return;
-	fprintf(out, style->heading, "gnp over adaptive");
+	snprintf(note, sizeof note, "gnp over %s", gnp_method_info(other)->name);
+	fprintf(out, style->heading, note);
 	write_columns(style, "family", out);
-	for (; more; more = gnp_table_next_ratio(table, &row, &row)) {
+	for (; more; more = gnp_table_next_ratio(table, other, &row, &row)) {
 		const double *seconds = table->seconds[row.family][row.regime];
 		struct line line = line_of(row.regime, gnp_family_name(row.family), "");
-		for (int s = 0; s < GNP_SCORES; s++)
-			snprintf(line.cells[2 + s], CELL, "%.3g ", gnp_table_ratio(table, &row, GNP_METHOD_ADAPTIVE, (enum gnp_score)s));
-		snprintf(line.cells[COLUMNS - 1], CELL, "%.2f", seconds[GNP_METHOD_GNP] / seconds[GNP_METHOD_ADAPTIVE]);
+		for (int s = 0; s < GNP_SCORES; s++, cells++) {
+			double ratio = gnp_table_ratio(table, &row, other, (enum gnp_score)s);
+			within += ratio <= limit;
+			snprintf(line.cells[2 + s], CELL, "%.3g%c", ratio, ratio <= limit ? ' ' : '!');
+		}
+		snprintf(line.cells[COLUMNS - 1], CELL, "%.2f", seconds[GNP_METHOD_GNP] / seconds[other]);
 		write_line(style, &line, out);
 	}
-	fprintf(out, style->paragraph, "The quotients of their means, and of their seconds: below 1 gnp is the better.");
+	snprintf(note, sizeof note,
+	         "The quotients of their means, and of their seconds: below 1 gnp is the better. "
+	         "At most %g (else !): %d of %d.",
+	         limit, within, cells);
+	fprintf(out, style->paragraph, note);
 }
 
 /* Weights serve all families alike, so the rows of one say it. */
@@ -149,9 +161,9 @@ static void write_weights(const struct style *style, const struct gnp_table *tab
 		if (first)
 			fprintf(out, style->heading, "Weights");
 		char item[240];
-		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %u, sha256 %s", gnp_method_info(row.method)->name,
-		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head), model->recipe.k,
-		         model->sha256);
+		snprintf(item, sizeof item, "%s, %s: %s, head %s, k = %d, sha256 %s", gnp_method_info(row.method)->name,
+		         gnp_regime_info(row.regime)->name, model->name, gnp_head_name(model->architecture.head),
+		         gnp_table_k(table, &row), model->sha256);
 		write_item(style, first, item, out);
 		first = false;
 	}
@@ -168,9 +180,10 @@ static const char *const MARKS_NOTE =
 	"normal a hundred times better and the metric three thousand times worse than at k = 30): those columns are not judged there.";
 
 static const char *const NORMALS_NOTE =
-	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward; adaptive, and gnp\n"
-	"with the projection head, also leave out of a patch the points whose normals are turned away from its centre's. k is that of\n"
-	"the regime; gnp and pooled are the estimator gnp with the weights trained for the regime, which bring their own.";
+	"Every estimator is given the cloud with the exact normals, from which it takes the side that is outward; adaptive\n"
+	"and fit also leave out of a patch the points whose normals are turned away from its centre's, and gnp sees them. gnp\n"
+	"is the default, with the same weights in every regime and no k (the one shown is not used); fit and pooled are the\n"
+	"estimator gnp with the weights trained for the regime, which bring their own k; that of others is the regime's.";
 
 static const char *const RULE_NOTE =
 	"The paper's toroidal law has members folded more sharply than the spacing of the points, which no patch can resolve. A draw\n"
@@ -209,7 +222,8 @@ static void write_styled(const struct style *style, const struct gnp_table *tabl
 			write_family(style, table, (enum gnp_family)f, out);
 	fprintf(out, style->heading, "Summary");
 	write_verdicts(style, table, out);
-	write_ratios(style, table, out);
+	write_ratios(style, table, GNP_METHOD_FIT, 1.5, out);
+	write_ratios(style, table, GNP_METHOD_ADAPTIVE, 1, out);
 	write_weights(style, table, out);
 	fprintf(out, style->heading, "Protocol");
 	write_protocol(style, table, out);

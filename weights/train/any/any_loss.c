@@ -10,18 +10,20 @@ enum { SIZE = GNP_TAYLOR_SIZE, SCALES = 3 };
 static const double CHORD[SCALES] = {1e-4, 4e-3, 6e-2}, CHORD_FACTOR[SCALES] = {0.08, 0.3, 0.4}, CHORD_SQUARED = 3;
 static const double FINE = 0.1, FINE_FLOOR = 1e-8, COARSE = 0.15, COARSE_FLOOR = 0.02; /* of the Hessian */
 static const double LEAST_SIZE = 0.1;                                                  /* of a Hessian, in units of R */
-static const double CREASE = 0.2, OUTLIER = 0.3, NODES = 0.5, ERRORS = 0.05;
+static const double CREASE = 0.2, OUTLIER = 0.3, NODES = 0.5, NEAR = 0.5, ERRORS = 0.05;
 static const double STEEPEST = 0.2; /* derivative of a loss of errors: a likelihood has steep walls */
 static const double WORST = 100;    /* such a loss as it is reported, so that one does not hide the others */
 
 /* ---- The surface ---- */
 
-static double judge_normal(const struct gnp_any_truth *truth, const double *c, double *dc, double *angle)
+/* Of the slopes of a height against a true normal; dslope out. */
+static double judge_normal(const double truth[3], const double slope[2], double dslope[2], double *angle)
 {
-	double length = 1 / sqrt(1 + c[1] * c[1] + c[2] * c[2]), normal[3] = {-c[1] * length, -c[2] * length, length};
+	double length = 1 / sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
+	double normal[3] = {-slope[0] * length, -slope[1] * length, length};
 	double off[3], square = 0, loss, by_square = CHORD_SQUARED;
 	for (int a = 0; a < 3; a++) {
-		off[a] = normal[a] - truth->normal[a];
+		off[a] = normal[a] - truth[a];
 		square += off[a] * off[a];
 	}
 	loss = CHORD_SQUARED * square;
@@ -30,8 +32,8 @@ static double judge_normal(const struct gnp_any_truth *truth, const double *c, d
 		by_square += CHORD_FACTOR[k] / 2 / (CHORD[k] * CHORD[k] + square);
 	}
 	for (int k = 0; k < 2; k++) { /* d normal / d slope = -length (e_k + normal slope length) */
-		double along = -off[k] * length - gnp_dot(off, normal) * c[1 + k] * length * length;
-		dc[1 + k] = 2 * by_square * along;
+		double along = -off[k] * length - gnp_dot(off, normal) * slope[k] * length * length;
+		dslope[k] = 2 * by_square * along;
 	}
 	*angle = 2 * asin(fmin(1, sqrt(square) / 2));
 	return loss;
@@ -61,8 +63,22 @@ double gnp_any_loss_surface(const struct gnp_any_truth *truth, const double *coe
 {
 	memset(dcoefficients, 0, SIZE * sizeof *dcoefficients);
 	*made = (struct gnp_any_error){0};
-	double loss = judge_normal(truth, coefficients, dcoefficients, &made->angle);
+	double loss = judge_normal(truth->normal, coefficients + 1, dcoefficients + 1, &made->angle);
 	return truth->curved ? loss + judge_hessian(truth, coefficients, dcoefficients, made) : loss;
+}
+
+double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3], const double *coefficients,
+                         double *dcoefficients)
+{
+	double rows[6 * GNP_TAYLOR_STRIDE], slope[2] = {0}, dslope[2], angle;
+	gnp_taylor_jets(GNP_TAYLOR_DEGREE, support->u[node], support->v[node], GNP_TAYLOR_STRIDE, rows);
+	for (int k = 0; k < 2; k++)
+		for (size_t i = 0; i < SIZE; i++)
+			slope[k] += coefficients[i] * rows[(size_t)(1 + k) * GNP_TAYLOR_STRIDE + i];
+	double loss = judge_normal(normal, slope, dslope, &angle);
+	for (size_t i = 0; i < SIZE; i++)
+		dcoefficients[i] = dslope[0] * rows[GNP_TAYLOR_STRIDE + i] + dslope[1] * rows[2 * GNP_TAYLOR_STRIDE + i];
+	return loss;
 }
 
 /* ---- What the model says ---- */
@@ -136,6 +152,21 @@ static double judge_nodes(const struct gnp_any_cloud *cloud, const struct gnp_su
 	return sum;
 }
 
+/* The surface is to hold near its centre, too: at one of the nearest points, another for every centre. */
+static double judge_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support,
+                         const struct gnp_weighted_fit *fit, double share, double *dcoefficients)
+{
+	enum { NEAREST = 20 };
+	size_t node = 1 + (size_t)support->centre * 7919 % NEAREST;
+	double normal[3], d[SIZE];
+	if (node >= support->nodes || !gnp_any_truth_near(cloud, support, node, normal))
+		return 0;
+	double loss = gnp_any_loss_near(support, node, normal, fit->coefficients, d);
+	for (size_t i = 0; i < SIZE; i++)
+		dcoefficients[i] += share * NEAR * d[i];
+	return share * NEAR * loss;
+}
+
 void gnp_any_loss_support(const struct gnp_any_cloud *cloud, const struct gnp_support *support,
                           const struct gnp_weighted_fit *fit, const float *outputs, double share, double *strange,
                           struct gnp_any_terms *terms, double *dcoefficients, double *dshares, float *doutputs)
@@ -155,6 +186,7 @@ void gnp_any_loss_support(const struct gnp_any_cloud *cloud, const struct gnp_su
 	terms->surface += share * gnp_any_loss_surface(&truth, fit->coefficients, dcoefficients, &made);
 	for (size_t i = 0; i < SIZE; i++)
 		dcoefficients[i] *= share;
+	terms->surface += judge_near(cloud, support, fit, share, dcoefficients);
 	if (!cloud->faceted)
 		terms->crease += judge_logit(outputs[GNP_WEIGHTED_CREASE], cloud->edge[support->centre] < 1, CREASE, share,
 		                             &doutputs[GNP_WEIGHTED_CREASE]);

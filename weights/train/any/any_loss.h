@@ -4,6 +4,7 @@
  * With e the chord between the normals and E the squared error of the Hessian over its size, all at the centre:
  *   surface = sum_k w_k log sqrt(1 + (e / d_k)^2) + 3 e^2 + 0.1 log sqrt(E + 1e-8) + 0.15 log sqrt(E + 0.02),
  *   d = 1e-4, 4e-3, 6e-2, w = 0.08, 0.3, 0.4,
+ * and half of the terms of e at one of the nearest 20 points, so that a surface can serve its neighbours;
  * so that a tenth less of an error counts about as much where errors are small as where they are large. A crease within
  * one spacing and an outlier are judged by cross entropy, nodes by how much weight strange ones have (any_truth.h), and
  * expected errors by the likelihood of those made. */
@@ -23,6 +24,10 @@ struct gnp_any_error {
 /* coefficients, dcoefficients (GNP_TAYLOR_SIZE), of which those of degree 1 and 2 count. Returns the loss. */
 double gnp_any_loss_surface(const struct gnp_any_truth *truth, const double *coefficients, double *dcoefficients,
                             struct gnp_any_error *made);
+
+/* The terms of the normal at a node, of which `normal` is true (any_truth.h); dcoefficients (GNP_TAYLOR_SIZE) out. */
+double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3], const double *coefficients,
+                         double *dcoefficients);
 
 /* Cross entropy of a logit, and its derivative. */
 double gnp_any_loss_logit(float logit, bool is, double *dlogit);

@@ -37,6 +37,16 @@ void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_supp
 	out->hessian[2] = scale * apply(form, tangent[1], tangent[1]);
 }
 
+bool gnp_any_truth_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support, size_t node, double normal[3])
+{
+	size_t centre = support->centre, at = support->member[support->start[node]];
+	const double *own = cloud->normals + 3 * centre, *there = cloud->normals + 3 * at;
+	double sign = gnp_dot(own, support->frame[2]) < 0 ? -1 : 1;
+	for (int c = 0; c < 3; c++)
+		normal[c] = sign * gnp_dot(there, support->frame[c]);
+	return !cloud->outlier[at] && cloud->piece[at] == cloud->piece[centre] && normal[2] > UPRIGHT;
+}
+
 void gnp_any_truth_label(const struct gnp_any_cloud *cloud, const struct gnp_support *support, double *strange)
 {
 	uint32_t own = cloud->piece[support->centre];

@@ -279,6 +279,8 @@ static void bodies_are_made_with_their_truth(void)
 		for (size_t j = 0; j < cloud.count; j++) {
 			CHECK_NEAR(gnp_dot(cloud.normals + 3 * j, cloud.normals + 3 * j), 1, 1e-9);
 			CHECK(isfinite(cloud.mean_curvature[j]));
+			CHECK(isfinite(cloud.gaussian_curvature[j]));
+			CHECK(!cloud.unjudged || !cloud.unjudged[j] || cloud.edge[j] <= 1);
 			unjudged += cloud.unjudged && cloud.unjudged[j];
 		}
 		partly += unjudged > 0 && unjudged < cloud.count / 2;

@@ -2,6 +2,7 @@
 
 #include "core/base/random.h"
 #include "core/base/vector.h"
+#include "core/support/weighted_projection.h"
 #include "tests/unit/test.h"
 #include "weights/train/initial.h"
 #include "weights/validate/validation.h"
@@ -10,7 +11,7 @@ enum { POINTS = 3000, RESOLVING = 20000, CENTRES = 50 }; /* fewer resolve hardly
 
 static struct gnp_pool *pool; /* of two workers, for every test */
 static char folder[64];       /* of the weights */
-/* The regimes' with the pooled head, and with the projection head fit_noise_70k alone. */
+/* any, the regimes' with the pooled head, and with the projection head fit_noise_70k alone. */
 static struct gnp_models *models;
 
 static struct gnp_subject subject_of(enum gnp_family family, struct gnp_draws *draws)
@@ -282,10 +283,8 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 	struct gnp_error error = {0};
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, &error) == GNP_INVALID_ARGUMENT && !table.errors);
-	CHECK_STRING(
-		error.text,
-		"gnp in clean-30: weights: got \"fit_clean_30k\", known: clean_30k_pooled, clean_50k_pooled, fit_noise_70k, "
-		"noise_70k_pooled, outlier_50k_pooled");
+	CHECK_STRING(error.text, "fit in clean-30: weights: got \"fit_clean_30k\", known: any, clean_30k_pooled, clean_50k_pooled, "
+	                         "fit_noise_70k, noise_70k_pooled, outlier_50k_pooled");
 	gnp_selection_restrict(&selection, models);
 	CHECK(gnp_selection_count(&selection) == GNP_ROWS - 3 * GNP_FAMILIES);
 	CHECK(gnp_table_create(&protocol, &selection, models, &table, NULL) == GNP_OK);
@@ -294,9 +293,13 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 		                            (enum gnp_regime)(number / GNP_METHODS % GNP_REGIMES),
 		                            (enum gnp_method)(number % GNP_METHODS)};
 		CHECK(gnp_row_number(&row) == (size_t)number);
-		CHECK(gnp_selection_has(&selection, &row) == (row.method != GNP_METHOD_GNP || row.regime == GNP_REGIME_NOISE_70));
+		CHECK(gnp_selection_has(&selection, &row) == (row.method != GNP_METHOD_FIT || row.regime == GNP_REGIME_NOISE_70));
 	}
 	gnp_table_clear(&table);
+	struct gnp_error none = {0};
+	gnp_selection_take(&selection, 1u << GNP_METHOD_GNP);
+	CHECK(gnp_table_create(&protocol, &selection, NULL, &table, &none) == GNP_INVALID_ARGUMENT && !table.errors);
+	CHECK_STRING(none.text, "gnp in clean-30: none of the 0 models is for any cloud (head weighted)");
 	selection = gnp_selection_all();
 	gnp_selection_restrict(&selection, NULL);
 	CHECK(gnp_selection_count(&selection) == (size_t)2 * GNP_FAMILIES * GNP_REGIMES); /* gmls and adaptive need none */
@@ -305,12 +308,15 @@ static void rows_without_their_weights_are_left_out_or_refused(void)
 static void learned_rows_take_their_models_k(void)
 {
 	struct gnp_table table = table_of(1, gnp_selection_all());
-	const struct gnp_row gnp = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
+	const struct gnp_row gnp = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
+	const struct gnp_row fit = {GNP_FAMILY_TOROIDAL, GNP_REGIME_NOISE_70, GNP_METHOD_FIT};
 	const struct gnp_row pooled = {GNP_FAMILY_RADIAL, GNP_REGIME_CLEAN_30, GNP_METHOD_POOLED};
 	const struct gnp_row gmls = {GNP_FAMILY_RADIAL, GNP_REGIME_NOISE_70, GNP_METHOD_GMLS};
-	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "fit_noise_70k");
+	CHECK_STRING(gnp_table_model(&table, &gnp)->name, "any");
+	CHECK(gnp_table_k(&table, &gnp) == 70); /* the regime's: any goes by none */
+	CHECK_STRING(gnp_table_model(&table, &fit)->name, "fit_noise_70k");
 	CHECK_STRING(gnp_table_model(&table, &pooled)->name, "clean_30k_pooled");
-	CHECK(gnp_table_k(&table, &gnp) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
+	CHECK(gnp_table_k(&table, &fit) == 41 && gnp_table_k(&table, &pooled) == 42); /* of the models; the regimes say 70 and 30 */
 	CHECK(!gnp_table_model(&table, &gmls) && gnp_table_k(&table, &gmls) == 70);
 	gnp_table_clear(&table);
 }
@@ -363,14 +369,15 @@ static void verdicts_count_cells(void)
 			double gmls = gnp_published_error(row.family, row.regime, GNP_PUBLISHED_GMLS, (enum gnp_score)s);
 			double *error = gnp_table_errors(&table, &row, 0) + s;
 			switch (row.method) {
-			case GNP_METHOD_GNP: *error = gnp * 1.01; break;
+			case GNP_METHOD_FIT: *error = gnp * 1.01; break;
 			case GNP_METHOD_POOLED: *error = gnp * 0.99; break;
 			case GNP_METHOD_GMLS: *error = fmin(gnp, gmls) * 0.99; break;
 			default: *error = NAN;
 			}
 		}
 	static const struct gnp_verdict want[GNP_METHODS] = {
-		[GNP_METHOD_GNP] = {10, 0, 10, 0},      /* one regime of two families */
+		[GNP_METHOD_GNP] = {40, 0, 38, 0},
+		[GNP_METHOD_FIT] = {10, 0, 10, 0},      /* one regime of two families */
 		[GNP_METHOD_POOLED] = {40, 40, 38, 20}, /* the paper's GNP is the better of its rows under outliers and noise */
 		[GNP_METHOD_GMLS] = {40, 40, 38, 38},
 		[GNP_METHOD_ADAPTIVE] = {40, 0, 38, 0},
@@ -383,25 +390,60 @@ static void verdicts_count_cells(void)
 	gnp_table_clear(&table);
 }
 
+static char *written(const struct gnp_table *table, void (*write)(const struct gnp_table *table, FILE *out))
+{
+	char *text = NULL;
+	size_t size;
+	FILE *out = open_memstream(&text, &size);
+	write(table, out);
+	fclose(out);
+	return text;
+}
+
+/* Where both have weights: in one regime. */
+static void gnp_is_compared_with_fit(void)
+{
+	struct gnp_table table = table_of(1, gnp_selection_all());
+	struct gnp_row row;
+	for (int f = 0; f < GNP_FAMILIES; f++)
+		for (int s = 0; s < GNP_SCORES; s++) {
+			const struct gnp_row gnp = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
+			const struct gnp_row fit = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_FIT};
+			gnp_table_errors(&table, &gnp, 0)[s] = s == GNP_SCORE_MEAN ? 6 : 5.5 + f; /* over 4: 1.5, 1.375, 1.625 */
+			gnp_table_errors(&table, &fit, 0)[s] = 4;
+		}
+	for (int f = 0; f < GNP_FAMILIES; f++)
+		CHECK(gnp_table_next_ratio(&table, GNP_METHOD_FIT, f ? &row : NULL, &row) && row.family == (enum gnp_family)f &&
+		      row.regime == GNP_REGIME_NOISE_70 && row.method == GNP_METHOD_GNP);
+	CHECK(!gnp_table_next_ratio(&table, GNP_METHOD_FIT, &row, &row));
+	char *text = written(&table, gnp_table_write_text);
+	CHECK_CONTAINS(text, "gnp over fit");
+	CHECK_CONTAINS(text, "1.62!");
+	CHECK_CONTAINS(text, "At most 1.5 (else !): 6 of 10.");
+	free(text);
+	gnp_table_clear(&table);
+}
+
 static void gnp_is_compared_with_adaptive_off_clean_clouds(void)
 {
 	struct gnp_table table = table_of(1, gnp_selection_all());
 	struct gnp_row row;
-	for (int f = 0; f < GNP_FAMILIES; f++) {
-		const struct gnp_row gnp = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_GNP};
-		const struct gnp_row adaptive = {(enum gnp_family)f, GNP_REGIME_NOISE_70, GNP_METHOD_ADAPTIVE};
+	for (int f = 0; f < 2 * GNP_FAMILIES; f++) {
+		enum gnp_regime regime = f % 2 ? GNP_REGIME_NOISE_70 : GNP_REGIME_OUTLIER_50;
+		const struct gnp_row gnp = {(enum gnp_family)(f / 2), regime, GNP_METHOD_GNP};
+		const struct gnp_row adaptive = {(enum gnp_family)(f / 2), regime, GNP_METHOD_ADAPTIVE};
 		gnp_table_errors(&table, &gnp, 0)[GNP_SCORE_MEAN] = 3;
 		gnp_table_errors(&table, &adaptive, 0)[GNP_SCORE_MEAN] = 4 + f;
-		CHECK(gnp_table_next_ratio(&table, f ? &row : NULL, &row) && row.family == (enum gnp_family)f);
-		CHECK(row.regime == GNP_REGIME_NOISE_70 && row.method == GNP_METHOD_GNP); /* outlier-50 has no weights */
+		CHECK(gnp_table_next_ratio(&table, GNP_METHOD_ADAPTIVE, f ? &row : NULL, &row) && row.family == gnp.family);
+		CHECK(row.regime == regime && row.method == GNP_METHOD_GNP);
 		CHECK_NEAR(gnp_table_ratio(&table, &row, GNP_METHOD_ADAPTIVE, GNP_SCORE_MEAN), 3.0 / (4 + f), 1e-15);
 	}
-	CHECK(!gnp_table_next_ratio(&table, &row, &row));
+	CHECK(!gnp_table_next_ratio(&table, GNP_METHOD_ADAPTIVE, &row, &row));
 	gnp_table_clear(&table);
 	struct gnp_selection alone = gnp_selection_all();
 	gnp_selection_take(&alone, 1u << GNP_METHOD_GNP);
 	table = table_of(1, alone);
-	CHECK(!gnp_table_next_ratio(&table, NULL, &row));
+	CHECK(!gnp_table_next_ratio(&table, GNP_METHOD_ADAPTIVE, NULL, &row));
 	gnp_table_clear(&table);
 }
 
@@ -415,16 +457,6 @@ static void fill(struct gnp_table *table)
 		for (int s = 0; s < GNP_SCORES; s++, value++)
 			for (size_t i = 0; i < table->protocol.shapes; i++)
 				gnp_table_errors(table, &row, i)[s] = 1 + value / 100;
-}
-
-static char *written(const struct gnp_table *table, void (*write)(const struct gnp_table *table, FILE *out))
-{
-	char *text = NULL;
-	size_t size;
-	FILE *out = open_memstream(&text, &size);
-	write(table, out);
-	fclose(out);
-	return text;
 }
 
 static void every_cell_is_printed(void)
@@ -467,7 +499,8 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 {
 	struct gnp_selection selection = {.families = 1u << GNP_FAMILY_RADIAL,
 	                                  .regimes = 1u << GNP_REGIME_CLEAN_30 | 1u << GNP_REGIME_NOISE_70};
-	gnp_selection_take(&selection, 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_POOLED | 1u << GNP_METHOD_GMLS);
+	gnp_selection_take(&selection, 1u << GNP_METHOD_GNP | 1u << GNP_METHOD_FIT | 1u << GNP_METHOD_POOLED |
+	                                   1u << GNP_METHOD_GMLS);
 	struct gnp_table one = table_of(2, selection), two = table_of(2, selection);
 	struct gnp_pool *single = NULL;
 	struct gnp_task task;
@@ -481,11 +514,12 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 		for (size_t i = 0; i < 2; i++) {
 			const double *a = gnp_table_errors(&one, &row, i), *b = gnp_table_errors(&two, &row, i);
 			bool selected = gnp_selection_has(&one.selection, &row);
+			bool untrained = row.method == GNP_METHOD_POOLED || row.method == GNP_METHOD_GNP;
 			CHECK(memcmp(a, b, GNP_SCORES * sizeof *a) == 0);
 			for (int s = 0; s < GNP_SCORES; s++)
-				CHECK(selected ? a[s] > 0 && (a[s] < 1 || row.method == GNP_METHOD_POOLED) : a[s] == 0);
+				CHECK(selected ? a[s] > 0 && (a[s] < 1 || untrained) : a[s] == 0);
 		}
-	CHECK(gnp_selection_count(&one.selection) == 5); /* gnp has no weights for clean-30 */
+	CHECK(gnp_selection_count(&one.selection) == 7); /* fit has no weights for clean-30 */
 	CHECK(one.drawn[GNP_FAMILY_RADIAL] == 2 && one.drawn[GNP_FAMILY_TOROIDAL] == 0);
 	CHECK(gnp_table_shape(&one, GNP_FAMILY_RADIAL, 1)->degree == 12); /* the second of two, evenly spaced */
 	gnp_task_cancel(&task);
@@ -497,8 +531,8 @@ static void a_run_fills_its_selection_alike_for_any_worker_count(void)
 
 /* ---- Weights: untrained, but the projection head starts as plain least squares ---- */
 
-static const char *const FILES[] = {"clean_30k_pooled", "clean_50k_pooled", "fit_noise_70k", "noise_70k_pooled",
-                                    "outlier_50k_pooled"};
+static const char *const FILES[] = {"any", "clean_30k_pooled", "clean_50k_pooled",
+                                    "fit_noise_70k", "noise_70k_pooled", "outlier_50k_pooled"};
 enum { FILES_COUNT = sizeof FILES / sizeof FILES[0] };
 
 static void weights_path(int i, char path[128])
@@ -514,7 +548,15 @@ static gnp_status write_weights(int i, struct gnp_error *error)
 		.recipe = {.k = 42, .buffer = 1.25, .height_scale = 2, .delta0_ratio = 0.13}, .regime = "clean"};
 	struct gnp_layout layout;
 	char path[128];
-	if (!strstr(FILES[i], "pooled")) {
+	if (i == 0) {
+		source.architecture.head = GNP_HEAD_WEIGHTED;
+		source.architecture.features = GNP_SUPPORT_FEATURES;
+		source.architecture.quadrature = GNP_QUADRATURE_MAX;
+		source.architecture.node_width = source.architecture.frame_width = 8;
+		source.architecture.outputs = GNP_WEIGHTED_OUTPUTS;
+		source.recipe = (struct gnp_recipe){0};
+		source.regime = "any";
+	} else if (!strstr(FILES[i], "pooled")) {
 		source.architecture.head = GNP_HEAD_PROJECTION;
 		source.architecture.features = 4;
 		source.architecture.shells = 2;
@@ -572,6 +614,7 @@ int main(int argc, char **argv)
 		TEST(means_and_medians_are_over_shapes),
 		TEST(a_cell_wins_below_both_printed_rows_only),
 		TEST(verdicts_count_cells),
+		TEST(gnp_is_compared_with_fit),
 		TEST(gnp_is_compared_with_adaptive_off_clean_clouds),
 		TEST(every_cell_is_printed),
 		TEST(a_run_fills_its_selection_alike_for_any_worker_count),
