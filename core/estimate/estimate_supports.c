@@ -18,6 +18,13 @@ struct block {
 	bool own;              /* every point by a piece of its own */
 };
 
+static gnp_status fit_at(const struct gnp_estimate_work *work, const uint32_t *centres, size_t count,
+                         struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	bool errors = (work->quantities & GNP_QUANTITY_STDERR) != 0;
+	return gnp_weighted_fit_at(work->weighted, centres, count, errors, pieces, scratch, error);
+}
+
 static void write(struct block *block, const struct gnp_weighted_piece *piece, size_t point, size_t row)
 {
 	const bool centre = point == piece->patch.centre;
@@ -76,7 +83,7 @@ static gnp_status run_round(struct block *block, size_t count, size_t *patches, 
 			if (!block->served[block->centres[next] - block->begin])
 				batch[some++] = block->centres[next];
 		if (some > 0)
-			status = gnp_weighted_fit_at(block->work->weighted, batch, some, pieces, scratch, error);
+			status = fit_at(block->work, batch, some, pieces, scratch, error);
 		for (size_t p = 0; p < some && status == GNP_OK; p++)
 			*served += block->served[batch[p] - block->begin] ? 0 : serve(block, &pieces[p]);
 		*patches += some;
@@ -109,7 +116,7 @@ static gnp_status run_chosen(struct gnp_estimate_work *work, size_t begin, size_
 	for (size_t p = begin; p < end && status == GNP_OK; p += BATCH) {
 		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 		size_t some = end - p < BATCH ? end - p : BATCH;
-		status = gnp_weighted_fit_at(work->weighted, work->cover.centre + p, some, pieces, scratch, error);
+		status = fit_at(work, work->cover.centre + p, some, pieces, scratch, error);
 		for (size_t i = 0; i < some && status == GNP_OK; i++) {
 			write(&block, &pieces[i], work->cover.centre[p + i], p + i);
 			atomic_fetch_add_explicit(&work->degenerate, pieces[i].fit.reduced, memory_order_relaxed);

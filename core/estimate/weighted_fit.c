@@ -142,7 +142,7 @@ static void set_doubt(const struct gnp_support *support, const struct gnp_weight
 }
 
 static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
-                              const struct gnp_weighted_fit *fit, const float *outputs, struct gnp_fit *out,
+                              const struct gnp_weighted_fit *fit, const float *outputs, bool errors, struct gnp_fit *out,
                               struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	double *coefficients = gnp_scratch_take(scratch, STRIDE, sizeof *coefficients);
@@ -159,7 +159,8 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 	                                    .variance = fmax(fit->misfit, 1e-300) / (share * share)};
 	memcpy(out->surface.origin, cloud->points.points + 3 * (size_t)support->centre, sizeof out->surface.origin);
 	memcpy(out->surface.frame, support->frame, sizeof out->surface.frame);
-	set_doubt(support, fit, outputs, &out->surface);
+	if (errors)
+		set_doubt(support, fit, outputs, &out->surface);
 	return GNP_OK;
 }
 
@@ -235,14 +236,14 @@ static gnp_status set_patch(const struct gnp_support *support, const double *res
 }
 
 static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
-                            const struct gnp_weighted_fit *fit, const float *outputs, struct gnp_weighted_piece *piece,
-                            struct gnp_scratch *scratch, struct gnp_error *error)
+                            const struct gnp_weighted_fit *fit, const float *outputs, bool errors,
+                            struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	uint32_t *member = gnp_scratch_take(scratch, GNP_SUPPORT_SINGLES, sizeof *member);
 	double residual[GNP_SUPPORT_SINGLES], noise;
 	if (!member)
 		return gnp_no_memory("gnp", GNP_SUPPORT_SINGLES, "points", error);
-	gnp_status status = set_surface(cloud, support, fit, outputs, &piece->fit, scratch, error);
+	gnp_status status = set_surface(cloud, support, fit, outputs, errors, &piece->fit, scratch, error);
 	find_residuals(support, fit, residual);
 	noise = piece->fit.residual / support->radius;
 	if (status == GNP_OK)
@@ -257,7 +258,7 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 	return GNP_OK;
 }
 
-gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, bool errors,
                                struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct rows *rows = gnp_scratch_take(scratch, 1, sizeof *rows);
@@ -273,6 +274,7 @@ gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uin
 	if (status == GNP_OK)
 		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
-		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, &pieces[p], scratch, error);
+		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, errors, &pieces[p],
+		                   scratch, error);
 	return status;
 }

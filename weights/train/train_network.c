@@ -49,7 +49,8 @@ static gnp_status forward(const void *context, const struct gnp_train_patches *p
 }
 
 static gnp_status backward(const void *context, const struct gnp_train_patches *patches, const void *tape,
-                           const double *dcoefficients, float *gradient, struct gnp_scratch *scratch, struct gnp_error *error)
+                           const double *dcoefficients, float *gradient, struct gnp_scratch *scratch,
+                           struct gnp_error *error)
 {
 	const struct state *state = context;
 	return state->head->backward(state->network, patches, tape, dcoefficients, gradient, scratch, error);
@@ -63,7 +64,8 @@ static double operations(const void *context, const struct gnp_train_patches *pa
 
 static void describe(const struct gnp_architecture *a, char *text, size_t size)
 {
-	size_t used = (size_t)snprintf(text, size, "%s %s features %u width %u channels %u neurons %u layers %u quadrature %u head %u",
+	size_t used = (size_t)snprintf(text, size,
+	                               "%s %s features %u width %u channels %u neurons %u layers %u quadrature %u head %u",
 	                               gnp_trunk_name(a->trunk), gnp_head_name(a->head), a->features, a->width, a->channels,
 	                               a->neurons, a->layers, a->quadrature, a->head_width);
 	for (unsigned i = 0; i < a->shells && used < size; i++)

@@ -44,8 +44,8 @@ static gnp_status fill(struct gnp_train_watch *watch, const struct gnp_train_dat
 	watch->at = fits ? gnp_array_new(total, sizeof *watch->at) : NULL;
 	watch->outcomes = fits ? gnp_array_new(total, sizeof *watch->outcomes) : NULL;
 	if (!watch->clouds || !watch->at || !watch->outcomes)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "watched shapes: no memory for %zu with %zu centres", watch->shapes,
-		                     watch->centres);
+		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "watched shapes: no memory for %zu with %zu centres",
+		                     watch->shapes, watch->centres);
 	gnp_status status = GNP_OK;
 	for (size_t i = 0; status == GNP_OK && i < watch->shapes; i++) {
 		status = gnp_train_data_watch(data, i, watch->pool, &watch->clouds[i], error);
@@ -92,9 +92,9 @@ static struct outcome compare(const struct gnp_train_watch *watch, const struct 
 	size_t truth = patches->truth_start[p];
 	if (patches->truth_start[p + 1] == truth)
 		return (struct outcome){.known = false};
-	return (struct outcome){true,
-	                        gnp_train_fit_jet(watch->network->basis, coefficients, patch, patch->u[0], patch->v[0], rows),
-	                        patches->truth[truth].jet};
+	return (struct outcome){
+		true, gnp_train_fit_jet(watch->network->basis, coefficients, patch, patch->u[0], patch->v[0], rows),
+		patches->truth[truth].jet};
 }
 
 /* At most PATCHES_A_CHUNK centres of one shape. */
@@ -116,7 +116,8 @@ static gnp_status watch_centres(struct gnp_train_watch *watch, size_t shape, siz
 	return status;
 }
 
-static gnp_status watch_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+static gnp_status watch_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                              struct gnp_error *error)
 {
 	struct gnp_train_watch *watch = context;
 	gnp_status status = GNP_OK;

@@ -11,7 +11,7 @@ static const double CHORD[SCALES] = {1e-4, 4e-3, 6e-2}, CHORD_FACTOR[SCALES] = {
 static const double FINE = 0.1, FINE_FLOOR = 1e-8, COARSE = 0.15, COARSE_FLOOR = 0.02; /* of the Hessian */
 static const double LEAST_SIZE = 0.1;                                                  /* of a Hessian, in units of R */
 static const double CREASE = 0.2, OUTLIER = 0.3, NODES = 0.5, NEAR = 0.5, ERRORS = 0.05;
-static const double STEEPEST = 0.2; /* derivative of a loss of errors: a likelihood has steep walls */
+static const double STEEPEST = 1; /* derivative of a loss of errors: a likelihood has steep walls */
 static const double WORST = 100;    /* such a loss as it is reported, so that one does not hide the others */
 
 /* ---- The surface ---- */
