@@ -81,7 +81,8 @@ static gnp_status check_judged(struct gnp_estimate_work *work, const struct gnp_
 		return GNP_OK;
 	if (options->quantities != GNP_QUANTITY_ALL && options->quantities & GNP_QUANTITY_BIT(GNP_OUTLIER))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with outliers=left_out)",
+		                     "quantities: got outlier, which the estimator %s does not judge with weights %s (it does with "
+		                     "outliers=left_out)",
 		                     work->estimator->name, work->fit.model ? work->fit.model->name : "auto");
 	work->quantities &= ~GNP_QUANTITY_BIT(GNP_OUTLIER);
 	return GNP_OK;
@@ -91,7 +92,8 @@ static gnp_status prepare_estimator(struct gnp_estimate_work *work, const struct
                                     struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	const struct gnp_prepared *prepared = work->prepared;
-	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->components == 0, prepared->neighbors};
+	const struct gnp_fit_cloud cloud = {prepared->count, prepared->points, prepared->normals, prepared->components == 0,
+	                                    prepared->neighbors};
 	gnp_status status = GNP_OK;
 	if (work->estimator->prepare)
 		status = work->estimator->prepare(&cloud, &work->fit, pool, task, &work->state, error);
@@ -126,18 +128,22 @@ static gnp_status make_cover(struct gnp_estimate_work *work, const struct gnp_es
 		if (!work->estimator->served)
 			return gnp_cover_all(prepared->count, &work->cover, error);
 		rule = (struct gnp_cover_rule){.fixed = GNP_SERVED_MAX < prepared->count ? GNP_SERVED_MAX : prepared->count,
-		                               .served = work->estimator->served, .context = work->state, .normals = work->sheets};
+		                               .served = work->estimator->served, .context = work->state,
+		                               .normals = work->sheets};
 	}
-	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover, error);
+	return gnp_cover_greedy(prepared->neighbors, prepared->points, prepared->count, &rule, pool, task, &work->cover,
+	                        error);
 }
 
-static gnp_status run(struct gnp_estimate_work *work, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+static gnp_status run(struct gnp_estimate_work *work, struct gnp_pool *pool, struct gnp_task *task,
+                      struct gnp_error *error)
 {
 	size_t count = work->weighted && !work->chosen ? work->prepared->count : work->cover.count;
 	gnp_task_stage(task, GNP_STAGE_ESTIMATE, count);
 	if (!work->weighted)
 		return gnp_pool_run(pool, task, count, PATCHES_A_CHUNK, gnp_estimate_patches, work, error);
-	return gnp_pool_run(pool, task, count, work->chosen ? PATCHES_A_CHUNK : GNP_ESTIMATE_BLOCK, gnp_estimate_supports, work, error);
+	return gnp_pool_run(pool, task, count, work->chosen ? PATCHES_A_CHUNK : GNP_ESTIMATE_BLOCK, gnp_estimate_supports,
+	                    work, error);
 }
 
 static void work_clear(struct gnp_estimate_work *work)
@@ -167,7 +173,8 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
                                     struct gnp_estimate *estimate, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = gnp_estimate_estimator(options);
-	struct gnp_estimate_work work = {.prepared = prepared, .chosen = choice->at, .own = options->cover == GNP_COVER_ALL, .estimator = estimator,
+	struct gnp_estimate_work work = {.prepared = prepared, .chosen = choice->at, .estimator = estimator,
+	                    .own = options->cover == GNP_COVER_ALL,
 	                    .fit = {.basis = gnp_estimate_basis(options), .weight = (enum gnp_weight_kind)options->weight,
 	                            .outliers = (enum gnp_outliers_kind)options->outliers,
 	                            .model = options->model, .models = options->models},

@@ -12,34 +12,39 @@
 
 /* enumerator, name, rank of one item, its first two extents (a rank-3 item is 2x2x2), help with the unit.
  * A width of 0 marks surface_coefficients, whose width is the basis size. */
-#define GNP_QUANTITY_TABLE(X)                                                                                             \
-	X(GNP_POINTS, "points", 1, 3, 1, 3, "the point moved onto the fitted surface along psi3 [length]")                    \
-	X(GNP_NORMALS, "normals", 1, 3, 1, 3, "outward unit normal")                                                          \
-	X(GNP_TANGENTS, "tangents", 2, 2, 3, 6, "sigma_u and sigma_v as vectors in space")                                    \
-	X(GNP_METRIC, "metric", 2, 2, 2, 4, "first fundamental form g_ij")                                                    \
-	X(GNP_INVERSE_METRIC, "inverse_metric", 2, 2, 2, 4, "inverse metric g^ij")                                            \
-	X(GNP_METRIC_DETERMINANT, "metric_determinant", 0, 1, 1, 1, "det g")                                                  \
-	X(GNP_INVERSE_METRIC_DERIVATIVES, "inverse_metric_derivatives", 3, 2, 2, 8, "d_k g^ij, k first [1/length]")           \
-	X(GNP_SECOND_FUNDAMENTAL_FORM, "second_fundamental_form", 2, 2, 2, 4, "II_ij = sigma_ij . n [1/length]")              \
-	X(GNP_SHAPE_OPERATOR, "shape_operator", 2, 2, 2, 4, "Weingarten map I^-1 II [1/length]")                              \
-	X(GNP_GAUSSIAN_CURVATURE, "gaussian_curvature", 0, 1, 1, 1, "K = det W [1/length^2]")                                 \
-	X(GNP_MEAN_CURVATURE, "mean_curvature", 0, 1, 1, 1, "H = tr W / 2, -1/R on a sphere [1/length]")                      \
-	X(GNP_PRINCIPAL_CURVATURES, "principal_curvatures", 1, 2, 1, 2, "k1 >= k2, eigenvalues of W [1/length]")              \
-	X(GNP_PRINCIPAL_DIRECTIONS, "principal_directions", 2, 2, 3, 6, "unit vectors in space for k1 and k2")                \
-	X(GNP_SURFACE_COEFFICIENTS, "surface_coefficients", 1, 0, 1, 0, "coefficients of h/scale[1] in the basis of the fit")                \
-	X(GNP_FRAME, "frame", 2, 3, 3, 9, "rows psi1, psi2, psi3 of the patch")                                               \
-	X(GNP_ORIGIN, "origin", 1, 3, 1, 3, "o, the mean of the patch [length]")                                              \
-	X(GNP_SCALE, "scale", 1, 2, 1, 2, "lengths that (u, v) and h are divided by in the patch [length]")                   \
-	X(GNP_RESIDUAL, "residual", 0, 1, 1, 1, "root mean square of the heights' misfit over the patch [length]")                     \
-	X(GNP_DEVIATION, "deviation", 0, 1, 1, 1, "how far the point is off the surface along psi3, over max(2 std, delta0) of the patch's heights") \
-	X(GNP_POINTS_STDERR, "points_stderr", 0, 1, 1, 1, "standard error of the height of points [length]")                  \
-	X(GNP_NORMALS_STDERR, "normals_stderr", 0, 1, 1, 1, "standard error of the normal's direction [radian]")              \
-	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")         \
-	X(GNP_MEAN_CURVATURE_STDERR, "mean_curvature_stderr", 0, 1, 1, 1, "standard error of H [1/length]")                   \
+#define GNP_QUANTITY_TABLE(X)                                                                                        \
+	X(GNP_POINTS, "points", 1, 3, 1, 3, "the point moved onto the fitted surface along psi3 [length]")               \
+	X(GNP_NORMALS, "normals", 1, 3, 1, 3, "outward unit normal")                                                     \
+	X(GNP_TANGENTS, "tangents", 2, 2, 3, 6, "sigma_u and sigma_v as vectors in space")                               \
+	X(GNP_METRIC, "metric", 2, 2, 2, 4, "first fundamental form g_ij")                                               \
+	X(GNP_INVERSE_METRIC, "inverse_metric", 2, 2, 2, 4, "inverse metric g^ij")                                       \
+	X(GNP_METRIC_DETERMINANT, "metric_determinant", 0, 1, 1, 1, "det g")                                             \
+	X(GNP_INVERSE_METRIC_DERIVATIVES, "inverse_metric_derivatives", 3, 2, 2, 8, "d_k g^ij, k first [1/length]")      \
+	X(GNP_SECOND_FUNDAMENTAL_FORM, "second_fundamental_form", 2, 2, 2, 4, "II_ij = sigma_ij . n [1/length]")         \
+	X(GNP_SHAPE_OPERATOR, "shape_operator", 2, 2, 2, 4, "Weingarten map I^-1 II [1/length]")                         \
+	X(GNP_GAUSSIAN_CURVATURE, "gaussian_curvature", 0, 1, 1, 1, "K = det W [1/length^2]")                            \
+	X(GNP_MEAN_CURVATURE, "mean_curvature", 0, 1, 1, 1, "H = tr W / 2, -1/R on a sphere [1/length]")                 \
+	X(GNP_PRINCIPAL_CURVATURES, "principal_curvatures", 1, 2, 1, 2, "k1 >= k2, eigenvalues of W [1/length]")         \
+	X(GNP_PRINCIPAL_DIRECTIONS, "principal_directions", 2, 2, 3, 6, "unit vectors in space for k1 and k2")           \
+	X(GNP_SURFACE_COEFFICIENTS, "surface_coefficients", 1, 0, 1, 0, "coefficients of h/scale[1] in the basis of the fit") \
+	X(GNP_FRAME, "frame", 2, 3, 3, 9, "rows psi1, psi2, psi3 of the patch")                                          \
+	X(GNP_ORIGIN, "origin", 1, 3, 1, 3, "o, the mean of the patch [length]")                                         \
+	X(GNP_SCALE, "scale", 1, 2, 1, 2, "lengths that (u, v) and h are divided by in the patch [length]")              \
+	X(GNP_RESIDUAL, "residual", 0, 1, 1, 1, "root mean square of the heights' misfit over the patch [length]")       \
+	X(GNP_DEVIATION, "deviation", 0, 1, 1, 1,                                                                        \
+	  "how far the point is off the surface along psi3, over max(2 std, delta0) of the patch's heights")             \
+	X(GNP_POINTS_STDERR, "points_stderr", 0, 1, 1, 1, "standard error of the height of points [length]")             \
+	X(GNP_NORMALS_STDERR, "normals_stderr", 0, 1, 1, 1, "standard error of the normal's direction [radian]")         \
+	X(GNP_GAUSSIAN_CURVATURE_STDERR, "gaussian_curvature_stderr", 0, 1, 1, 1, "standard error of K [1/length^2]")    \
+	X(GNP_MEAN_CURVATURE_STDERR, "mean_curvature_stderr", 0, 1, 1, 1, "standard error of H [1/length]")              \
 	X(GNP_PRINCIPAL_CURVATURES_STDERR, "principal_curvatures_stderr", 1, 2, 1, 2, "standard errors of k1, k2 [1/length]") \
-	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1, "1 where the point does not lie on its neighbours' surface (adaptive; gnp with weights auto or any, or where it leaves outliers out)")                    \
-	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary") \
-	X(GNP_CREASE, "crease", 0, 1, 1, 1, "1 where the point is within about a spacing of an edge between smooth pieces, a rim or a tip (gnp with weights auto or any)")
+	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1,                                                                            \
+	  "1 where the point does not lie on its neighbours' surface (adaptive; gnp with weights auto or any, or where it " \
+	  "leaves outliers out)")                                                                                        \
+	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary")       \
+	X(GNP_CREASE, "crease", 0, 1, 1, 1,                                                                              \
+	  "1 where the point is within about a spacing of an edge between smooth pieces, a rim or a tip (gnp with weights " \
+	  "auto or any)")
 
 enum gnp_quantity {
 #define GNP_QUANTITY_ENUM(id, name, rank, rows, columns, width, help) id,
