@@ -293,26 +293,33 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 }
 
 /* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it
- * looks, judgements and verdicts of representatives are there too: bytes a point, as measured. What does not grow with
- * the cloud is FIXED. */
-enum { SURVEYING = 176, SURVEYED = 48, FIXED = 6 << 20 };
+ * looks, judgements and verdicts of representatives are there too: bytes a point, as measured. A weighted model keeps
+ * the cloud's roughness alone, and has no cover. What does not grow with the cloud is FIXED. */
+enum { SURVEYING = 176, SURVEYED = 48, ROUGHNESS = 2, FIXED = 6 << 20 };
 
 static size_t larger(size_t a, size_t b)
 {
 	return a > b ? a : b;
 }
 
+/* With the model that is named, or that for any cloud. */
+static bool is_weighted(const struct gnp_estimate_options *options)
+{
+	return options->estimator == GNP_ESTIMATOR_GNP &&
+	       (!options->model || options->model->architecture.head == GNP_HEAD_WEIGHTED);
+}
+
 size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options)
 {
 	const struct gnp_cover *cover = NULL;
 	uint64_t quantities = gnp_estimate_quantities(options);
-	bool surveys = gnp_estimate_estimator(options)->prepare != NULL;
+	bool weighted = is_weighted(options), surveys = !weighted && gnp_estimate_estimator(options)->prepare != NULL;
 	size_t width = 0, size = gnp_basis_size(gnp_estimate_basis(options));
 	for (int q = 0; q < GNP_QUANTITY_COUNT; q++)
 		if (quantities & GNP_QUANTITY_BIT(q))
 			width += gnp_estimate_width((enum gnp_quantity)q, size);
-	size_t fitting = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + width * sizeof(double) +
-	                 (surveys ? SURVEYED : 0);
+	size_t covered = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + (surveys ? SURVEYED : 0);
+	size_t fitting = width * sizeof(double) + (weighted ? ROUGHNESS : covered);
 	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

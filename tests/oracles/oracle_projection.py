@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Models by another hand, in numpy and double: `oracle_projection.py weights` evaluates every weights/*.safetensors, and the three
+"""Models by another hand, in numpy and double: `oracle_projection.py weights` evaluates every weights/*.safetensors with patches, and the three
 networks of formula() that no file holds, on four patches, and writes tests/oracles/data/projection.npz, which
 test_projection_frozen compares with ours. Run it from the root whenever a file of weights changes.
 
@@ -219,7 +219,9 @@ def formula(kind):
 def main(folder):
     networks = {"formula_" + kind: formula(kind) for kind in ("edge", "separable", "none")}
     for path in sorted(glob.glob(os.path.join(folder, "*.safetensors"))):
-        networks[os.path.basename(path)[:-len(".safetensors")]] = read(path)
+        network = read(path)
+        if network[1]["head"] != "weighted":
+            networks[os.path.basename(path)[:-len(".safetensors")]] = network
     arrays = {}
     for name, (digest, meta, tensors) in networks.items():
         head = projection if meta["head"] == "projection" else pooled

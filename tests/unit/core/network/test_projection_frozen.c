@@ -251,7 +251,7 @@ static void the_shipped_models_give_what_is_frozen(void)
 	CHECK(error.status == GNP_OK);
 	for (size_t i = 0; i < gnp_models_count(models); i++) {
 		const struct gnp_model *model = gnp_models_at(models, i);
-		if (!digest_fits(model))
+		if (model->architecture.head == GNP_HEAD_WEIGHTED || !digest_fits(model)) /* test_weighted_head has the first */
 			continue;
 		if (model->architecture.head == GNP_HEAD_PROJECTION)
 			check_projection(model->name, model->network, model->recipe.k);
