@@ -10,7 +10,7 @@
 enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, BATCH = GNP_WEIGHTED_BATCH };
 
 /* A node whose share is below DOUBTED says nothing of the noise. A surface serves points within REACH of its scale. */
-static const double DOUBTED = 0.5, REACH = 0.5;
+static const double DOUBTED = 0.5, REACH = 0.25;
 
 /* ---- Supports ---- */
 
@@ -201,6 +201,16 @@ static size_t trust(const struct gnp_support *support, const double *residual, d
 	return count;
 }
 
+/* Whether there is anything near that a crease or rim could be seen by: points off the surface, or none to one side. */
+static bool has_end(const struct gnp_support *support, const double *residual, double noise, const struct gnp_patch *patch)
+{
+	static const double SLIGHT = 0.03, DEVIATIONS = 3;
+	for (size_t i = 1; i < single_nodes(support); i++)
+		if (fabs(residual[i]) > SLIGHT * support->distance[i] && fabs(residual[i]) > DEVIATIONS * noise)
+			return true;
+	return gnp_patch_one_sided(patch, 0, 0);
+}
+
 /* The nearest points that are on the surface, as a patch; heights are scaled by twice their deviation from the plane. */
 static gnp_status set_patch(const struct gnp_support *support, const double *residual, double noise,
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
@@ -250,7 +260,7 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 		status = set_patch(support, residual, noise, piece, scratch, error);
 	if (status != GNP_OK)
 		return status;
-	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0;
+	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && has_end(support, residual, noise, &piece->patch);
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
 	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
 	piece->member = member;

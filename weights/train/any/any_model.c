@@ -31,8 +31,8 @@ static void note_data(const struct gnp_any_options *train, struct notes *notes)
 	     "20 %% radial, 38 %% solids, 42 %% rough and facets; of %zu to %zu points",
 	     recipe->least, recipe->most);
 	note(notes, "training_noise",
-	     "30 %% none, 35 %% of 0.003 to 0.5, 35 %% of 0.5 to 5 spacings, %g %% of them along the normals; up to 25 %% "
-	     "outliers in a quarter; normals given in %g %%",
+	     "30 %% none, 35 %% of 0.003 to 0.5, 35 %% of 0.5 to 5 spacings, %g %% of them along the normals; up to 30 %% "
+	     "outliers in a third; normals given in %g %%",
 	     100 * recipe->normal_noise, 100 * recipe->given);
 }
 
