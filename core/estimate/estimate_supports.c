@@ -28,7 +28,8 @@ static gnp_status fit_at(const struct gnp_estimate_work *work, const uint32_t *c
 static void write(struct block *block, const struct gnp_weighted_piece *piece, size_t point, size_t row)
 {
 	const bool centre = point == piece->patch.centre;
-	const struct gnp_estimate_judgement judgement = {.crease = centre && piece->crease, .outlier = centre && piece->outlier};
+	const struct gnp_estimate_judgement judgement = {.crease = centre && piece->crease,
+	                                                 .outlier = centre && piece->outlier};
 	gnp_estimate_write(block->work, &piece->patch, &piece->fit, &judgement, point, row);
 	atomic_fetch_add_explicit(&block->work->outliers, judgement.outlier, memory_order_relaxed);
 }
@@ -69,7 +70,8 @@ static size_t choose_centres(struct block *block, size_t stride)
 }
 
 /* Fits at centres that are not served yet, a batch at a time. patches, served: how many of each. */
-static gnp_status run_round(struct block *block, size_t count, size_t *patches, size_t *served, struct gnp_scratch *scratch,
+static gnp_status run_round(struct block *block, size_t count, size_t *patches, size_t *served,
+                            struct gnp_scratch *scratch,
                             struct gnp_error *error)
 {
 	uint32_t batch[BATCH];
@@ -127,7 +129,8 @@ static gnp_status run_chosen(struct gnp_estimate_work *work, size_t begin, size_
 	return status;
 }
 
-gnp_status gnp_estimate_supports(void *context, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error)
+gnp_status gnp_estimate_supports(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                 struct gnp_error *error)
 {
 	struct gnp_estimate_work *work = context;
 	if (work->chosen)

@@ -12,6 +12,7 @@
 /* The points begin .. end - 1, in curve order, of a struct gnp_estimate_work: a whole block of GNP_ESTIMATE_BLOCK but for the
  * last; or, of chosen points, the patches begin .. end - 1 of the cover. On failure the rows written are undefined. */
 enum { GNP_ESTIMATE_BLOCK = 1024 };
-gnp_status gnp_estimate_supports(void *work, size_t begin, size_t end, struct gnp_scratch *scratch, struct gnp_error *error);
+gnp_status gnp_estimate_supports(void *work, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                 struct gnp_error *error);
 
 #endif

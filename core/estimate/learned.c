@@ -59,7 +59,8 @@ static gnp_status find_outliers(const struct gnp_fit_cloud *cloud, struct gnp_po
                                 struct state *state, struct gnp_error *error)
 {
 	state->judged = true;
-	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier, error);
+	return gnp_outliers_find(cloud->points, cloud->normals, cloud->count, cloud->neighbors, pool, task, state->outlier,
+	                         error);
 }
 
 /* ---- The estimator's hooks ---- */
@@ -90,7 +91,8 @@ static gnp_status prepare_weighted(struct state *state, const struct gnp_fit_clo
 	return gnp_roughness_measure(cloud->neighbors, pool, task, &state->roughness, error);
 }
 
-static gnp_status prepare_patched(struct state *state, const struct gnp_fit_cloud *cloud, enum gnp_outliers_kind outliers,
+static gnp_status prepare_patched(struct state *state, const struct gnp_fit_cloud *cloud,
+                                  enum gnp_outliers_kind outliers,
                                   struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
 	gnp_status status = GNP_OK;
@@ -212,7 +214,8 @@ static gnp_status fit_batch(const struct state *state, const struct gnp_patch *p
 	const struct gnp_network *network = state->model->network;
 	static const struct gnp_basis taylor = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE};
 	struct gnp_projected projected;
-	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected, scratch, error);
+	gnp_status status = gnp_projected_describe(&network->architecture, patches, count, usable, state, &projected,
+	                                           scratch, error);
 	if (status == GNP_OK)
 		status = gnp_projected_solve(network, false, &projected, scratch, error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
@@ -236,7 +239,8 @@ static gnp_status fit_projection(const struct state *state, const struct gnp_pat
 	for (size_t first = 0; first < count && status == GNP_OK; first += BATCH) {
 		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
 		size_t some = count - first < BATCH ? count - first : BATCH;
-		status = fit_batch(state, patches + first, some, coefficients + first * GNP_TAYLOR_STRIDE, fits + first, scratch, error);
+		status = fit_batch(state, patches + first, some, coefficients + first * GNP_TAYLOR_STRIDE, fits + first,
+		                   scratch, error);
 		gnp_scratch_release(scratch, mark);
 	}
 	return status;
@@ -245,7 +249,8 @@ static gnp_status fit_projection(const struct state *state, const struct gnp_pat
 static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct gnp_network_batch *batch,
                           struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start), *inner = gnp_scratch_take(scratch, count, sizeof *inner);
+	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start), *inner = gnp_scratch_take(scratch, count,
+	                                                                                               sizeof *inner);
 	size_t rows = 0;
 	for (size_t p = 0; p < count; p++)
 		rows += patches[p].buffer_count;
@@ -271,7 +276,8 @@ static double misfit_of(const struct gnp_patch *patch, const struct gnp_surface 
 {
 	double sum = 0;
 	for (size_t i = 0; i < patch->count; i++) {
-		double height = surface->scale_w * gnp_basis_jet(surface->basis, surface->coefficients, patch->u[i], patch->v[i]).f;
+		double height = surface->scale_w * gnp_basis_jet(surface->basis, surface->coefficients, patch->u[i],
+		                                                 patch->v[i]).f;
 		sum += (height - patch->w[i] * patch->scale_w) * (height - patch->w[i] * patch->scale_w);
 	}
 	return sqrt(sum / (double)patch->count);

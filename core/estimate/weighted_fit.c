@@ -28,15 +28,18 @@ static size_t smaller(size_t a, size_t b)
 	return a < b ? a : b;
 }
 
-static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, struct rows *rows,
+static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+                            struct rows *rows,
                             struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t near = smaller(GNP_LADDER_REACH, cloud->count), wide = smaller(GNP_SUPPORT_POINTS, cloud->count);
-	gnp_status status = gnp_neighborhoods_find(cloud->points.neighbors, centres, count, near, 1, near, scratch, &rows->near, error);
+	gnp_status status = gnp_neighborhoods_find(cloud->points.neighbors, centres, count, near, 1, near, scratch,
+	                                           &rows->near, error);
 	rows->wide_count = 0;
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
 		size_t start = rows->near.start[p];
-		gnp_support_look(&cloud->points, centres[p], rows->near.index + start, rows->near.start[p + 1] - start, &rows->ladder[p]);
+		gnp_support_look(&cloud->points, centres[p], rows->near.index + start, rows->near.start[p + 1] - start,
+		                 &rows->ladder[p]);
 		rows->step[p] = gnp_frame_choose(cloud->network, &rows->ladder[p]);
 		if (gnp_support_reach(rows->step[p]) > near) {
 			rows->wide_row[p] = rows->wide_count;
@@ -44,7 +47,8 @@ static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32
 		}
 	}
 	if (status == GNP_OK && rows->wide_count > 0)
-		status = gnp_neighborhoods_find(cloud->points.neighbors, rows->wide_centre, rows->wide_count, wide, 1, wide, scratch,
+		status = gnp_neighborhoods_find(cloud->points.neighbors, rows->wide_centre, rows->wide_count, wide, 1, wide,
+		                                scratch,
 		                                &rows->wide, error);
 	return status;
 }
@@ -60,7 +64,8 @@ static void put_first(uint32_t *index, size_t count, uint32_t centre)
 	}
 }
 
-static gnp_status build(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, struct rows *rows,
+static gnp_status build(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+                        struct rows *rows,
                         struct gnp_support *const *supports, struct gnp_error *error)
 {
 	for (size_t p = 0; p < count; p++) {
@@ -189,7 +194,8 @@ static bool is_on_surface(const struct gnp_support *support, double residual, do
 }
 
 /* Points that the surface serves: near, of the piece, and nearer than half way to the first that is off the surface. */
-static size_t trust(const struct gnp_support *support, const double *residual, double noise, double reach, uint32_t *member)
+static size_t trust(const struct gnp_support *support, const double *residual, double noise, double reach,
+                    uint32_t *member)
 {
 	size_t count = 0;
 	for (size_t i = 1; i < single_nodes(support); i++)
@@ -202,7 +208,8 @@ static size_t trust(const struct gnp_support *support, const double *residual, d
 }
 
 /* Whether there is anything near that a crease or rim could be seen by: points off the surface, or none to one side. */
-static bool has_end(const struct gnp_support *support, const double *residual, double noise, const struct gnp_patch *patch)
+static bool has_end(const struct gnp_support *support, const double *residual, double noise,
+                    const struct gnp_patch *patch)
 {
 	static const double SLIGHT = 0.03, DEVIATIONS = 3;
 	for (size_t i = 1; i < single_nodes(support); i++)
@@ -237,7 +244,8 @@ static gnp_status set_patch(const struct gnp_support *support, const double *res
 	double height = fmax(2 * sqrt(square), 0.1 * piece->fit.surface.scale_xy);
 	for (size_t i = 0; i < count; i++)
 		w[i] /= height;
-	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count, .index = index,
+	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count,
+	                                  .index = index,
 	                                  .u = u, .v = v, .w = w, .epsilon = piece->fit.surface.scale_xy,
 	                                  .scale_xy = piece->fit.surface.scale_xy, .scale_w = height};
 	memcpy(piece->patch.origin, piece->fit.surface.origin, sizeof piece->patch.origin);
@@ -264,11 +272,13 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
 	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
 	piece->member = member;
-	piece->trusted = trust(support, residual, noise, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius, member);
+	piece->trusted = trust(support, residual, noise, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius,
+	                       member);
 	return GNP_OK;
 }
 
-gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, bool errors,
+gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+                               bool errors,
                                struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	struct rows *rows = gnp_scratch_take(scratch, 1, sizeof *rows);
@@ -282,9 +292,11 @@ gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uin
 	if (status == GNP_OK)
 		status = build(cloud, centres, count, rows, supports, error);
 	if (status == GNP_OK)
-		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch, error);
+		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch,
+		                            error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++)
-		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, errors, &pieces[p],
+		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, errors,
+		                   &pieces[p],
 		                   scratch, error);
 	return status;
 }

@@ -30,7 +30,8 @@ enum { GNP_WEIGHTED_BATCH = 16 };
 
 /* Fits at centres (count <= GNP_WEIGHTED_BATCH): pieces (count) out. errors: surfaces get standard errors. GNP_DEGENERATE where more points coincide than a
  * support has; GNP_OUT_OF_MEMORY. */
-gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count, bool errors,
+gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
+                               bool errors,
                                struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error);
 
 #endif

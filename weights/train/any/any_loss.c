@@ -67,7 +67,8 @@ double gnp_any_loss_surface(const struct gnp_any_truth *truth, const double *coe
 	return truth->curved ? loss + judge_hessian(truth, coefficients, dcoefficients, made) : loss;
 }
 
-double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3], const double *coefficients,
+double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3],
+                         const double *coefficients,
                          double *dcoefficients)
 {
 	double rows[6 * GNP_TAYLOR_STRIDE], slope[2] = {0}, dslope[2], angle;

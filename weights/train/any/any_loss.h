@@ -26,7 +26,8 @@ double gnp_any_loss_surface(const struct gnp_any_truth *truth, const double *coe
                             struct gnp_any_error *made);
 
 /* The terms of the normal at a node, of which `normal` is true (any_truth.h); dcoefficients (GNP_TAYLOR_SIZE) out. */
-double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3], const double *coefficients,
+double gnp_any_loss_near(const struct gnp_support *support, size_t node, const double normal[3],
+                         const double *coefficients,
                          double *dcoefficients);
 
 /* Cross entropy of a logit, and its derivative. */

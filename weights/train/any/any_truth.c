@@ -37,7 +37,8 @@ void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_supp
 	out->hessian[2] = scale * apply(form, tangent[1], tangent[1]);
 }
 
-bool gnp_any_truth_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support, size_t node, double normal[3])
+bool gnp_any_truth_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support, size_t node,
+                        double normal[3])
 {
 	size_t centre = support->centre, at = support->member[support->start[node]];
 	const double *own = cloud->normals + 3 * centre, *there = cloud->normals + 3 * at;

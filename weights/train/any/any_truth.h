@@ -16,7 +16,8 @@ void gnp_any_truth_find(const struct gnp_any_cloud *cloud, const struct gnp_supp
 
 /* The normal, in the frame and to the centre's side, of the surface point that a single node (below GNP_SUPPORT_SINGLES) came
  * from. False where the centre's surface need not hold there: it is an outlier, of another piece, or too steep. */
-bool gnp_any_truth_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support, size_t node, double normal[3]);
+bool gnp_any_truth_near(const struct gnp_any_cloud *cloud, const struct gnp_support *support, size_t node,
+                        double normal[3]);
 
 /* strange (nodes): of each node's points the share that are outliers or of another smooth piece than the centre. */
 void gnp_any_truth_label(const struct gnp_any_cloud *cloud, const struct gnp_support *support, double *strange);

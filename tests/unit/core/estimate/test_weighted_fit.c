@@ -143,7 +143,8 @@ static void edges_are_flagged_and_not_smoothed_over(void)
 
 static void noise_is_averaged_and_told_in_errors(void)
 {
-	struct gnp_sample sample = sample_of("sphere", (struct gnp_sample_options){.count = 8000, .seed = 2, .noise = 0.01});
+	struct gnp_sample sample = sample_of("sphere", (struct gnp_sample_options){.count = 8000, .seed = 2,
+	                                                                           .noise = 0.01});
 	struct gnp_cloud cloud = {sample.count, sample.points, NULL};
 	struct gnp_estimate e = estimate_of(&cloud);
 	double one = 0, two = 0;
@@ -215,7 +216,8 @@ static bool same_bytes(const struct gnp_estimate *a, const struct gnp_estimate *
 static void any_number_of_workers_gives_the_same_bytes(void)
 {
 	struct gnp_sample sample = sample_of(
-		"torus", (struct gnp_sample_options){.count = 3000, .seed = 7, .noise = 2e-3, .outlier_fraction = 0.1, .outlier_noise = 0.05});
+		"torus", (struct gnp_sample_options){.count = 3000, .seed = 7, .noise = 2e-3, .outlier_fraction = 0.1,
+		                                     .outlier_noise = 0.05});
 	struct gnp_cloud cloud = {sample.count, sample.points, NULL};
 	for (int cover = GNP_COVER_COVER; cover <= GNP_COVER_ALL; cover++) {
 		struct gnp_estimate_options options = defaults();
