@@ -269,4 +269,5 @@ help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/\1\t\2/p' $(firstword $(MAKEFILE_LIST)) | expand -t 12
 
 -include $(patsubst %.c,$(OUT)/%.d,$(foreach top,core proto server clients weights tests,$(call sources,$(top))) $(UNIT))
+-include $(patsubst %.c,$(OUT)/pic/%.d,$(CORE))
 endif
