@@ -1,6 +1,7 @@
 #include "core/estimate/weighted_fit.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "core/fit/regression.h"
@@ -186,6 +187,52 @@ static void find_residuals(const struct gnp_support *support, const struct gnp_w
 	}
 }
 
+static int by_value(const void *a, const void *b)
+{
+	double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+/* The deviation of single nodes from the surface by their median, which outliers do not move. */
+static double robust_deviation(const struct gnp_support *support, const double *residual)
+{
+	static const double NORMAL = 1.4826; /* of a normal distribution's median of sizes to its deviation */
+	double size[GNP_SUPPORT_SINGLES];
+	size_t count = single_nodes(support);
+	for (size_t i = 0; i < count; i++)
+		size[i] = fabs(residual[i]);
+	qsort(size, count, sizeof *size, by_value);
+	return NORMAL * size[count / 2];
+}
+
+/* Fits again without what is plainly off: where some single node is, by many deviations of the others and by more than a
+ * little of the spacing, all nodes get Tukey's weights besides the network's. */
+static void fit_robustly(const struct gnp_support *support, const float *outputs, const float *logits,
+                         struct gnp_weighted_fit *fit)
+{
+	enum { ROUNDS = 4 };
+	static const double PLAINLY = 8, LITTLE = 0.02, CUT = 4.685, LEAST = 1e-6;
+	double residual[GNP_SUPPORT_SINGLES], spacing = support->distance[smaller(support->nodes - 1, 6)] / 1.5;
+	float altered[GNP_SUPPORT_NODES];
+	for (int round = 0; round < ROUNDS; round++) {
+		find_residuals(support, fit, residual);
+		double deviation = robust_deviation(support, residual), worst = 0;
+		for (size_t i = 0; i < single_nodes(support); i++)
+			worst = fmax(worst, fabs(residual[i]));
+		if (!fit->solved || worst < PLAINLY * deviation || worst < LITTLE * spacing)
+			return;
+		for (size_t n = 0; n < support->nodes; n++) {
+			double r = support->y[n], share = 1 / (1 + exp(-fmax(-60, fmin(60, (double)logits[n]))));
+			for (size_t c = 0; c < SIZE; c++)
+				r -= fit->coefficients[c] * support->rows[n * STRIDE + c];
+			double t = fabs(r) * sqrt(support->weight[n]) / (CUT * deviation + 1e-300), inner = t < 1 ? 1 - t * t : 0;
+			share = fmax(fmin(share * inner * inner, 1 - 1e-12), LEAST * share);
+			altered[n] = (float)log(share / (1 - share));
+		}
+		gnp_weighted_solve(support, outputs, altered, fit);
+	}
+}
+
 /* Whether a node is as near to the surface as those of the piece are: not steeper over it than STEEP, noise aside. */
 static bool is_on_surface(const struct gnp_support *support, double residual, double noise, size_t i)
 {
@@ -294,9 +341,11 @@ gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uin
 	if (status == GNP_OK)
 		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch,
 		                            error);
-	for (size_t p = 0; p < count && status == GNP_OK; p++)
+	for (size_t p = 0; p < count && status == GNP_OK; p++) {
+		fit_robustly(supports[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, pass.logits + pass.start[p], &pass.fits[p]);
 		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, errors,
 		                   &pieces[p],
 		                   scratch, error);
+	}
 	return status;
 }
