@@ -142,13 +142,15 @@ static void set_doubt(const struct gnp_support *support, const struct gnp_weight
 	double posterior[6], least = 1e-300;
 	for (size_t c = 1; c < 6; c++)
 		posterior[c] = fit->misfit * gnp_regression_variance(fit->factor, c);
-	double slope = (posterior[1] + posterior[2]) / 2, second = (4 * posterior[3] + 2 * posterior[4] + 4 * posterior[5]) / 3;
+	double slope = (posterior[1] + posterior[2]) / 2;
+	double second = (4 * posterior[3] + 2 * posterior[4] + 4 * posterior[5]) / 3;
 	surface->doubt[0] = surface->doubt[1] = error.slope / fmax(slope, least);
 	surface->doubt[2] = error.second / fmax(second, least);
 }
 
 static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
-                              const struct gnp_weighted_fit *fit, const float *outputs, bool errors, struct gnp_fit *out,
+                              const struct gnp_weighted_fit *fit, const float *outputs, bool errors,
+                              struct gnp_fit *out,
                               struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	double *coefficients = gnp_scratch_take(scratch, STRIDE, sizeof *coefficients);
@@ -205,8 +207,8 @@ static double robust_deviation(const struct gnp_support *support, const double *
 	return NORMAL * size[count / 2];
 }
 
-/* Fits again without what is plainly off: where some single node is, by many deviations of the others and by more than a
- * little of the spacing, all nodes get Tukey's weights besides the network's. */
+/* Fits again without what is plainly off: where some single node is, by many deviations of the others and by more than
+ * a little of the spacing, all nodes get Tukey's weights besides the network's. */
 static void fit_robustly(const struct gnp_support *support, const float *outputs, const float *logits,
                          struct gnp_weighted_fit *fit)
 {
@@ -265,7 +267,8 @@ static bool has_end(const struct gnp_support *support, const double *residual, d
 	return gnp_patch_one_sided(patch, 0, 0);
 }
 
-/* The nearest points that are on the surface, as a patch; heights are scaled by twice their deviation from the plane. */
+/* The nearest points that are on the surface, as a patch; heights are scaled by twice their deviation from the
+ * plane. */
 static gnp_status set_patch(const struct gnp_support *support, const double *residual, double noise,
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {

@@ -1,5 +1,5 @@
-/* The estimator gnp with the model for any cloud, which is its default: on surfaces smooth and sharp, noisy and spoilt, even and in
- * lines, with the truth known. */
+/* The estimator gnp with the model for any cloud, which is its default: on surfaces smooth and sharp, noisy and
+ * spoilt, even and in lines, with the truth known. */
 #include "core/base/random.h"
 #include "core/base/vector.h"
 #include "core/estimate/estimate.h"
