@@ -1,12 +1,12 @@
 #include "core/estimate/estimate_supports.h"
 
-#include <math.h>
 #include <string.h>
 
-#include "core/base/task.h"
 #include "core/estimate/weighted_fit.h"
 
-enum { STRIDE_FIRST = 24, ROUNDS = 6, BATCH = GNP_WEIGHTED_BATCH };
+enum { STRIDE_FIRST = 24,
+	   ROUNDS = 6,
+	   BATCH = GNP_WEIGHTED_BATCH };
 
 /* A block under way. */
 struct block {
@@ -15,7 +15,7 @@ struct block {
 	unsigned char *served; /* (end - begin) */
 	uint32_t *centres;     /* (end - begin) of a round */
 	size_t left;
-	bool own;              /* every point by a piece of its own */
+	bool own; /* every point by a piece of its own */
 };
 
 static gnp_status fit_at(const struct gnp_estimate_work *work, const uint32_t *centres, size_t count,
@@ -135,9 +135,7 @@ gnp_status gnp_estimate_supports(void *context, size_t begin, size_t end, struct
 	struct gnp_estimate_work *work = context;
 	if (work->chosen)
 		return run_chosen(work, begin, end, scratch, error);
-	struct block block = {.work = work, .begin = begin, .end = end, .left = end - begin, .own = work->own,
-	                      .served = gnp_scratch_take(scratch, end - begin, 1),
-	                      .centres = gnp_scratch_take(scratch, end - begin, sizeof *block.centres)};
+	struct block block = {.work = work, .begin = begin, .end = end, .left = end - begin, .own = work->own, .served = gnp_scratch_take(scratch, end - begin, 1), .centres = gnp_scratch_take(scratch, end - begin, sizeof *block.centres)};
 	if (!block.served || !block.centres)
 		return gnp_no_memory("estimate", end - begin, "points of a block", error);
 	memset(block.served, 0, end - begin);

@@ -1,8 +1,8 @@
 /* The inner loop of estimation by a weighted model: fits pieces about points and writes what their surfaces are at the points
  * that each can be trusted for, until every point is served.
  *
- * Which patch serves which point follows from the fits: a piece serves those near its centre that its own weights say are of
- * it; near creases, outliers and other sheets it serves itself alone. Blocks of fixed length along the curve are
+ * Which patch serves which point follows from the fits: a piece serves the points near its centre, as far as all of them lie
+ * on its surface; at creases and outliers it serves itself alone. Blocks of fixed length along the curve are
  * served on their own, so the result does not depend on the pool. */
 #ifndef GNP_CORE_ESTIMATE_SUPPORTS_H
 #define GNP_CORE_ESTIMATE_SUPPORTS_H

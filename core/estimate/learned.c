@@ -249,8 +249,8 @@ static gnp_status fit_projection(const struct state *state, const struct gnp_pat
 static gnp_status lay_out(const struct gnp_patch *patches, size_t count, struct gnp_network_batch *batch,
                           struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start), *inner = gnp_scratch_take(scratch, count,
-	                                                                                               sizeof *inner);
+	size_t *start = gnp_scratch_take(scratch, count + 1, sizeof *start);
+	size_t *inner = gnp_scratch_take(scratch, count, sizeof *inner);
 	size_t rows = 0;
 	for (size_t p = 0; p < count; p++)
 		rows += patches[p].buffer_count;
@@ -276,8 +276,8 @@ static double misfit_of(const struct gnp_patch *patch, const struct gnp_surface 
 {
 	double sum = 0;
 	for (size_t i = 0; i < patch->count; i++) {
-		double height = surface->scale_w * gnp_basis_jet(surface->basis, surface->coefficients, patch->u[i],
-		                                                 patch->v[i]).f;
+		struct gnp_jet jet = gnp_basis_jet(surface->basis, surface->coefficients, patch->u[i], patch->v[i]);
+		double height = surface->scale_w * jet.f;
 		sum += (height - patch->w[i] * patch->scale_w) * (height - patch->w[i] * patch->scale_w);
 	}
 	return sqrt(sum / (double)patch->count);

@@ -1,17 +1,21 @@
 #include "core/estimate/weighted_fit.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
+#include "core/fit/least_squares.h"
 #include "core/fit/regression.h"
 #include "core/network/frame_choice.h"
 #include "core/network/weighted_head.h"
+#include "core/support/weighted_refit.h"
 
-enum { SIZE = GNP_TAYLOR_SIZE, STRIDE = GNP_TAYLOR_STRIDE, BATCH = GNP_WEIGHTED_BATCH };
+enum { SIZE = GNP_TAYLOR_SIZE,
+	   STRIDE = GNP_TAYLOR_STRIDE,
+	   BATCH = GNP_WEIGHTED_BATCH };
 
 /* A node whose share is below DOUBTED says nothing of the noise. A surface serves points within REACH of its scale. */
 static const double DOUBTED = 0.5, REACH = 0.25;
+static const double LEAST_MISFIT = 1e-200; /* of an exact fit, so that its factors of doubt are numbers */
 
 /* ---- Supports ---- */
 
@@ -29,6 +33,12 @@ static size_t smaller(size_t a, size_t b)
 	return a < b ? a : b;
 }
 
+/* Whether a step's support reaches for more points than the ladder did, and there are more. */
+static bool is_wide(const struct gnp_weighted_cloud *cloud, unsigned step)
+{
+	return gnp_support_reach(step) > GNP_LADDER_REACH && cloud->count > GNP_LADDER_REACH;
+}
+
 static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
                             struct rows *rows,
                             struct gnp_scratch *scratch, struct gnp_error *error)
@@ -42,7 +52,7 @@ static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32
 		gnp_support_look(&cloud->points, centres[p], rows->near.index + start, rows->near.start[p + 1] - start,
 		                 &rows->ladder[p]);
 		rows->step[p] = gnp_frame_choose(cloud->network, &rows->ladder[p]);
-		if (gnp_support_reach(rows->step[p]) > near) {
+		if (is_wide(cloud, rows->step[p])) {
 			rows->wide_row[p] = rows->wide_count;
 			rows->wide_centre[rows->wide_count++] = centres[p];
 		}
@@ -54,27 +64,15 @@ static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32
 	return status;
 }
 
-static void put_first(uint32_t *index, size_t count, uint32_t centre)
-{
-	size_t at = 0;
-	while (at < count && index[at] != centre)
-		at++;
-	if (at > 0 && at < count) {
-		index[at] = index[0];
-		index[0] = centre;
-	}
-}
-
 static gnp_status build(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
                         struct rows *rows,
                         struct gnp_support *const *supports, struct gnp_error *error)
 {
 	for (size_t p = 0; p < count; p++) {
-		bool wide = gnp_support_reach(rows->step[p]) > smaller(GNP_LADDER_REACH, cloud->count);
+		bool wide = is_wide(cloud, rows->step[p]);
 		struct gnp_neighborhoods *from = wide ? &rows->wide : &rows->near;
 		size_t row = wide ? rows->wide_row[p] : p, start = from->start[row], found = from->start[row + 1] - start;
 		const double *place = cloud->points.points + 3 * (size_t)centres[p];
-		put_first(from->index + start, found, centres[p]);
 		if (!gnp_support_build(&cloud->points, centres[p], &rows->ladder[p], rows->step[p], from->index + start,
 		                       from->distance + start, found, 0, supports[p]))
 			return gnp_error_set(error, GNP_DEGENERATE,
@@ -97,16 +95,13 @@ static double scale_of(const struct gnp_support *support, const struct gnp_weigh
 
 /* Root mean square of heights over the surface [length], of points that are of the piece: the least weight of others is
  * little, but they may be far off. A node of m points has 1 / m of their variance. */
-static double residual_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
+static double residual_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit, const double *residual)
 {
 	double sum = 0, count = 1e-300;
 	for (size_t i = 0; i < support->nodes; i++) {
-		double r = support->y[i];
 		if (fit->share[i] < DOUBTED)
 			continue;
-		for (size_t c = 0; c < SIZE; c++)
-			r -= fit->coefficients[c] * support->rows[i * STRIDE + c];
-		sum += fit->weight[i] * r * r;
+		sum += fit->weight[i] * residual[i] * residual[i];
 		count += fit->weight[i] / support->weight[i];
 	}
 	return sqrt(sum / count) * support->radius;
@@ -139,18 +134,17 @@ static void set_doubt(const struct gnp_support *support, const struct gnp_weight
 	if (!fit->solved)
 		return;
 	struct gnp_weighted_variance error = gnp_weighted_variance(outputs, gnp_weighted_covariance(support, fit));
-	double posterior[6], least = 1e-300;
+	double posterior[6];
 	for (size_t c = 1; c < 6; c++)
-		posterior[c] = fit->misfit * gnp_regression_variance(fit->factor, c);
+		posterior[c] = fmax(fit->misfit, LEAST_MISFIT) * gnp_regression_variance(fit->factor, c);
 	double slope = (posterior[1] + posterior[2]) / 2;
 	double second = (4 * posterior[3] + 2 * posterior[4] + 4 * posterior[5]) / 3;
-	surface->doubt[0] = surface->doubt[1] = error.slope / fmax(slope, least);
-	surface->doubt[2] = error.second / fmax(second, least);
+	surface->doubt[0] = surface->doubt[1] = error.slope / slope;
+	surface->doubt[2] = error.second / second;
 }
 
 static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
-                              const struct gnp_weighted_fit *fit, const float *outputs, bool errors,
-                              struct gnp_fit *out,
+                              const struct gnp_weighted_fit *fit, const double *residual, struct gnp_fit *out,
                               struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	double *coefficients = gnp_scratch_take(scratch, STRIDE, sizeof *coefficients);
@@ -161,14 +155,10 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 	for (size_t i = 0; i < SIZE && !fit->solved; i++)
 		factor[i * STRIDE + i] = 1; /* nothing to go by: the plane of the frame, with no knowledge of anything */
 	double scale = share * support->radius;
-	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = residual_of(support, fit)};
-	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
-	                                    .scale_xy = scale, .scale_w = scale, .factor = factor,
-	                                    .variance = fmax(fit->misfit, 1e-300) / (share * share)};
+	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = residual_of(support, fit, residual)};
+	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients, .scale_xy = scale, .scale_w = scale, .factor = factor, .variance = fmax(fit->misfit, LEAST_MISFIT) / (share * share)};
 	memcpy(out->surface.origin, cloud->points.points + 3 * (size_t)support->centre, sizeof out->surface.origin);
 	memcpy(out->surface.frame, support->frame, sizeof out->surface.frame);
-	if (errors)
-		set_doubt(support, fit, outputs, &out->surface);
 	return GNP_OK;
 }
 
@@ -177,62 +167,6 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 static size_t single_nodes(const struct gnp_support *support)
 {
 	return smaller(support->nodes, GNP_SUPPORT_SINGLES);
-}
-
-/* Heights of single nodes over the surface, in units of R. */
-static void find_residuals(const struct gnp_support *support, const struct gnp_weighted_fit *fit, double *residual)
-{
-	for (size_t i = 0; i < single_nodes(support); i++) {
-		residual[i] = support->y[i];
-		for (size_t c = 0; c < SIZE; c++)
-			residual[i] -= fit->coefficients[c] * support->rows[i * STRIDE + c];
-	}
-}
-
-static int by_value(const void *a, const void *b)
-{
-	double x = *(const double *)a, y = *(const double *)b;
-	return (x > y) - (x < y);
-}
-
-/* The deviation of single nodes from the surface by their median, which outliers do not move. */
-static double robust_deviation(const struct gnp_support *support, const double *residual)
-{
-	static const double NORMAL = 1.4826; /* of a normal distribution's median of sizes to its deviation */
-	double size[GNP_SUPPORT_SINGLES];
-	size_t count = single_nodes(support);
-	for (size_t i = 0; i < count; i++)
-		size[i] = fabs(residual[i]);
-	qsort(size, count, sizeof *size, by_value);
-	return NORMAL * size[count / 2];
-}
-
-/* Fits again without what is plainly off: where some single node is, by many deviations of the others and by more than
- * a little of the spacing, all nodes get Tukey's weights besides the network's. */
-static void fit_robustly(const struct gnp_support *support, const float *outputs, const float *logits,
-                         struct gnp_weighted_fit *fit)
-{
-	enum { ROUNDS = 4 };
-	static const double PLAINLY = 8, LITTLE = 0.02, CUT = 4.685, LEAST = 1e-6;
-	double residual[GNP_SUPPORT_SINGLES], spacing = support->distance[smaller(support->nodes - 1, 6)] / 1.5;
-	float altered[GNP_SUPPORT_NODES];
-	for (int round = 0; round < ROUNDS; round++) {
-		find_residuals(support, fit, residual);
-		double deviation = robust_deviation(support, residual), worst = 0;
-		for (size_t i = 0; i < single_nodes(support); i++)
-			worst = fmax(worst, fabs(residual[i]));
-		if (!fit->solved || worst < PLAINLY * deviation || worst < LITTLE * spacing)
-			return;
-		for (size_t n = 0; n < support->nodes; n++) {
-			double r = support->y[n], share = 1 / (1 + exp(-fmax(-60, fmin(60, (double)logits[n]))));
-			for (size_t c = 0; c < SIZE; c++)
-				r -= fit->coefficients[c] * support->rows[n * STRIDE + c];
-			double t = fabs(r) * sqrt(support->weight[n]) / (CUT * deviation + 1e-300), inner = t < 1 ? 1 - t * t : 0;
-			share = fmax(fmin(share * inner * inner, 1 - 1e-12), LEAST * share);
-			altered[n] = (float)log(share / (1 - share));
-		}
-		gnp_weighted_solve(support, outputs, altered, fit);
-	}
 }
 
 /* Whether a node is as near to the surface as those of the piece are: not steeper over it than STEEP, noise aside. */
@@ -294,10 +228,7 @@ static gnp_status set_patch(const struct gnp_support *support, const double *res
 	double height = fmax(2 * sqrt(square), 0.1 * piece->fit.surface.scale_xy);
 	for (size_t i = 0; i < count; i++)
 		w[i] /= height;
-	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count,
-	                                  .index = index,
-	                                  .u = u, .v = v, .w = w, .epsilon = piece->fit.surface.scale_xy,
-	                                  .scale_xy = piece->fit.surface.scale_xy, .scale_w = height};
+	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count, .index = index, .u = u, .v = v, .w = w, .epsilon = piece->fit.surface.scale_xy, .scale_xy = piece->fit.surface.scale_xy, .scale_w = height};
 	memcpy(piece->patch.origin, piece->fit.surface.origin, sizeof piece->patch.origin);
 	memcpy(piece->patch.frame, support->frame, sizeof support->frame);
 	return GNP_OK;
@@ -308,16 +239,18 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	uint32_t *member = gnp_scratch_take(scratch, GNP_SUPPORT_SINGLES, sizeof *member);
-	double residual[GNP_SUPPORT_SINGLES], noise;
+	double residual[GNP_SUPPORT_NODES];
 	if (!member)
 		return gnp_no_memory("gnp", GNP_SUPPORT_SINGLES, "points", error);
-	gnp_status status = set_surface(cloud, support, fit, outputs, errors, &piece->fit, scratch, error);
-	find_residuals(support, fit, residual);
-	noise = piece->fit.residual / support->radius;
+	gnp_residuals(support->rows, support->y, support->nodes, STRIDE, fit->coefficients, residual);
+	gnp_status status = set_surface(cloud, support, fit, residual, &piece->fit, scratch, error);
+	double noise = piece->fit.residual / support->radius;
 	if (status == GNP_OK)
 		status = set_patch(support, residual, noise, piece, scratch, error);
 	if (status != GNP_OK)
 		return status;
+	if (errors)
+		set_doubt(support, fit, outputs, &piece->fit.surface);
 	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && has_end(support, residual, noise, &piece->patch);
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
 	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
@@ -345,10 +278,9 @@ gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uin
 		status = gnp_weighted_infer(cloud->network, (const struct gnp_support *const *)supports, count, &pass, scratch,
 		                            error);
 	for (size_t p = 0; p < count && status == GNP_OK; p++) {
-		fit_robustly(supports[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, pass.logits + pass.start[p], &pass.fits[p]);
-		status = set_piece(cloud, supports[p], &pass.fits[p], pass.outputs + p * GNP_WEIGHTED_OUTPUTS, errors,
-		                   &pieces[p],
-		                   scratch, error);
+		const float *outputs = pass.outputs + p * GNP_WEIGHTED_OUTPUTS;
+		gnp_weighted_refit(supports[p], outputs, &pass.fits[p]);
+		status = set_piece(cloud, supports[p], &pass.fits[p], outputs, errors, &pieces[p], scratch, error);
 	}
 	return status;
 }

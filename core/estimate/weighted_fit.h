@@ -20,10 +20,10 @@ struct gnp_weighted_cloud {
 /* A fitted smooth piece about a point. The arrays of fit and patch live in scratch. */
 struct gnp_weighted_piece {
 	struct gnp_fit fit;
-	struct gnp_patch patch;  /* of the nearest points that are of the piece, the centre first; scaled as the surface is */
-	bool crease, outlier;    /* of the centre */
-	size_t trusted;          /* points at which the surface is as good as their own would be, the centre first */
-	const uint32_t *member;  /* (trusted) */
+	struct gnp_patch patch; /* of the nearest points that are of the piece, the centre first; scaled as the surface is */
+	bool crease, outlier;   /* of the centre */
+	size_t trusted;         /* points at which the surface is as good as their own would be, the centre first */
+	const uint32_t *member; /* (trusted) */
 };
 
 enum { GNP_WEIGHTED_BATCH = 16 };

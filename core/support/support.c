@@ -22,8 +22,7 @@ size_t gnp_support_reach(unsigned step)
 	return gnp_ladder_points[step] <= 12 ? ring_end[1] : gnp_ladder_points[step] <= 40 ? ring_end[2] : ring_end[3];
 }
 
-void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, uint32_t *index, size_t count,
-                      struct gnp_ladder *ladder)
+static void put_first(uint32_t *index, size_t count, uint32_t centre)
 {
 	size_t at = 0;
 	while (at < count && index[at] != centre)
@@ -32,6 +31,12 @@ void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, ui
 		index[at] = index[0];
 		index[0] = centre;
 	}
+}
+
+void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, uint32_t *index, size_t count,
+                      struct gnp_ladder *ladder)
+{
+	put_first(index, count, centre);
 	gnp_ladder_look(cloud->points, cloud->given ? cloud->normals : NULL, cloud->roughness, index, count, ladder);
 }
 
@@ -272,9 +277,10 @@ bool gnp_support_build(const struct gnp_support_cloud *cloud, uint32_t centre, c
 	if (!(out->radius > 0))
 		return false;
 	memcpy(out->frame, ladder->frames[step], sizeof out->frame);
-	if (cloud->given && fabs(gnp_dot(out->frame[2], normal)) < 0.5)
-		frame_by_normals(cloud, index, count, out->frame);
 	memcpy(out->member, index, out->points * sizeof *index);
+	put_first(out->member, out->points, centre);
+	if (cloud->given && fabs(gnp_dot(out->frame[2], normal)) < 0.5)
+		frame_by_normals(cloud, out->member, out->points, out->frame);
 	gather(cloud, &blocks, out);
 	orient(normal, blocks.side, turn, out->frame);
 	fill_nodes(&blocks, out);

@@ -83,17 +83,6 @@ gnp_status gnp_any_supports_look(const struct gnp_any_cloud *cloud, const uint32
 	return status;
 }
 
-static void put_first(uint32_t *index, size_t count, uint32_t centre)
-{
-	size_t at = 0;
-	while (at < count && index[at] != centre)
-		at++;
-	if (at == 0 || at == count)
-		return;
-	index[at] = index[0];
-	index[0] = centre;
-}
-
 /* Support of row i of the views; searches again where it reaches farther than they do. */
 static gnp_status build_one(const struct gnp_any_cloud *cloud, const struct gnp_network *network,
                             const struct gnp_any_views *views, size_t i, uint32_t centre, double turn,
@@ -113,7 +102,6 @@ static gnp_status build_one(const struct gnp_any_cloud *cloud, const struct gnp_
 		if (status != GNP_OK)
 			return status;
 		count = wide.start[1];
-		put_first(wide.index, count, centre);
 		index = wide.index;
 		distance = wide.distance;
 	}

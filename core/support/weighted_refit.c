@@ -1,0 +1,56 @@
+#include "core/support/weighted_refit.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/base/select.h"
+#include "core/fit/least_squares.h"
+
+enum { ROUNDS = 4, SINGLES = GNP_SUPPORT_SINGLES, NEAREST = 6 };
+
+static const double PLAINLY = 8, LITTLE = 0.02; /* deviations; spacings */
+static const double CUT = 4.685, LEAST = 1e-6;  /* deviations; what is left of a share */
+static const double NORMAL = 1.4826;            /* of a normal distribution's median of sizes to its deviation */
+
+/* Deviation of single nodes by their median; *worst: of the farthest. */
+static double deviation_of(const double *residual, size_t count, double *worst)
+{
+	double size[SINGLES];
+	*worst = 0;
+	for (size_t i = 0; i < count; i++) {
+		size[i] = fabs(residual[i]);
+		*worst = fmax(*worst, size[i]);
+	}
+	return NORMAL * gnp_median(size, count);
+}
+
+/* Logits of shares (nodes) times the biweight of residuals. */
+static void weigh_down(const struct gnp_support *support, const double *share, const double *residual, double deviation,
+                       float *logits)
+{
+	for (size_t n = 0; n < support->nodes; n++) {
+		double t = fabs(residual[n]) * sqrt(support->weight[n]) / (CUT * deviation + 1e-300);
+		double inner = t < 1 ? 1 - t * t : 0;
+		double left = fmax(fmin(share[n], 1 - 1e-12) * inner * inner, LEAST * share[n]);
+		logits[n] = (float)log(left / (1 - left));
+	}
+}
+
+int gnp_weighted_refit(const struct gnp_support *support, const float *outputs, struct gnp_weighted_fit *fit)
+{
+	size_t singles = support->nodes < SINGLES ? support->nodes : SINGLES;
+	size_t near = support->nodes - 1 < NEAREST ? support->nodes - 1 : NEAREST;
+	double residual[GNP_SUPPORT_NODES], share[GNP_SUPPORT_NODES], worst;
+	double spacing = support->distance[near] / 1.5; /* six neighbours about a point of an even cloud, twelve beyond */
+	float logits[GNP_SUPPORT_NODES];
+	memcpy(share, fit->share, support->nodes * sizeof *share);
+	for (int round = 0; round < ROUNDS; round++) {
+		gnp_residuals(support->rows, support->y, support->nodes, GNP_TAYLOR_STRIDE, fit->coefficients, residual);
+		double deviation = deviation_of(residual, singles, &worst);
+		if (!fit->solved || worst < PLAINLY * deviation || worst < LITTLE * spacing)
+			return round;
+		weigh_down(support, share, residual, deviation, logits);
+		gnp_weighted_solve(support, outputs, logits, fit);
+	}
+	return ROUNDS;
+}
