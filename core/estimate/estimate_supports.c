@@ -135,7 +135,9 @@ gnp_status gnp_estimate_supports(void *context, size_t begin, size_t end, struct
 	struct gnp_estimate_work *work = context;
 	if (work->chosen)
 		return run_chosen(work, begin, end, scratch, error);
-	struct block block = {.work = work, .begin = begin, .end = end, .left = end - begin, .own = work->own, .served = gnp_scratch_take(scratch, end - begin, 1), .centres = gnp_scratch_take(scratch, end - begin, sizeof *block.centres)};
+	struct block block = {.work = work, .begin = begin, .end = end, .left = end - begin, .own = work->own,
+	                      .served = gnp_scratch_take(scratch, end - begin, 1),
+	                      .centres = gnp_scratch_take(scratch, end - begin, sizeof *block.centres)};
 	if (!block.served || !block.centres)
 		return gnp_no_memory("estimate", end - begin, "points of a block", error);
 	memset(block.served, 0, end - begin);

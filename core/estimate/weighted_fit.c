@@ -13,8 +13,9 @@ enum { SIZE = GNP_TAYLOR_SIZE,
 	   STRIDE = GNP_TAYLOR_STRIDE,
 	   BATCH = GNP_WEIGHTED_BATCH };
 
-/* A node whose share is below DOUBTED says nothing of the noise. A surface serves points within REACH of its scale. */
-static const double DOUBTED = 0.5, REACH = 0.25;
+/* A surface serves points within REACH of its scale, and in the INNER part of its nearest points: farther ones have
+ * all of these to one side. */
+static const double REACH = 0.25, INNER = 0.5;
 static const double LEAST_MISFIT = 1e-200; /* of an exact fit, so that its factors of doubt are numbers */
 
 /* ---- Supports ---- */
@@ -93,13 +94,15 @@ static double scale_of(const struct gnp_support *support, const struct gnp_weigh
 	return fmax(sqrt(2 * square / fit->total), 1e-6);
 }
 
-/* Root mean square of heights over the surface [length], of points that are of the piece: the least weight of others is
- * little, but they may be far off. A node of m points has 1 / m of their variance. */
+/* Root mean square of heights over the surface [length], as the fit weighs its points, but for those that are
+ * plainly off: the least weight of others is little, but they may be far. A node of m points has 1 / m of their
+ * variance. */
 static double residual_of(const struct gnp_support *support, const struct gnp_weighted_fit *fit, const double *residual)
 {
-	double sum = 0, count = 1e-300;
+	static const double CUT = 5; /* deviations */
+	double limit = CUT * gnp_weighted_deviation(support, residual), sum = 0, count = 1e-300;
 	for (size_t i = 0; i < support->nodes; i++) {
-		if (fit->share[i] < DOUBTED)
+		if (fabs(residual[i]) * sqrt(support->weight[i]) > limit)
 			continue;
 		sum += fit->weight[i] * residual[i] * residual[i];
 		count += fit->weight[i] / support->weight[i];
@@ -156,18 +159,15 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 		factor[i * STRIDE + i] = 1; /* nothing to go by: the plane of the frame, with no knowledge of anything */
 	double scale = share * support->radius;
 	*out = (struct gnp_fit){.reduced = !fit->solved, .residual = residual_of(support, fit, residual)};
-	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients, .scale_xy = scale, .scale_w = scale, .factor = factor, .variance = fmax(fit->misfit, LEAST_MISFIT) / (share * share)};
+	out->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
+	                                    .scale_xy = scale, .scale_w = scale, .factor = factor,
+	                                    .variance = fmax(fit->misfit, LEAST_MISFIT) / (share * share)};
 	memcpy(out->surface.origin, cloud->points.points + 3 * (size_t)support->centre, sizeof out->surface.origin);
 	memcpy(out->surface.frame, support->frame, sizeof out->surface.frame);
 	return GNP_OK;
 }
 
 /* ---- What the piece is worth to its neighbours ---- */
-
-static size_t single_nodes(const struct gnp_support *support)
-{
-	return smaller(support->nodes, GNP_SUPPORT_SINGLES);
-}
 
 /* Whether a node is as near to the surface as those of the piece are: not steeper over it than STEEP, noise aside. */
 static bool is_on_surface(const struct gnp_support *support, double residual, double noise, size_t i)
@@ -181,11 +181,12 @@ static size_t trust(const struct gnp_support *support, const double *residual, d
                     uint32_t *member)
 {
 	size_t count = 0;
-	for (size_t i = 1; i < single_nodes(support); i++)
+	for (size_t i = 1; i < gnp_support_singles(support); i++)
 		if (!is_on_surface(support, residual[i], noise, i))
 			reach = fmin(reach, 0.5 * support->distance[i]);
+	reach = fmin(reach, INNER * support->distance[gnp_support_singles(support) - 1]);
 	member[count++] = support->centre;
-	for (size_t i = 1; i < single_nodes(support) && support->distance[i] <= reach; i++)
+	for (size_t i = 1; i < gnp_support_singles(support) && support->distance[i] <= reach; i++)
 		member[count++] = support->member[i];
 	return count;
 }
@@ -195,7 +196,7 @@ static bool has_end(const struct gnp_support *support, const double *residual, d
                     const struct gnp_patch *patch)
 {
 	static const double SLIGHT = 0.03, DEVIATIONS = 3;
-	for (size_t i = 1; i < single_nodes(support); i++)
+	for (size_t i = 1; i < gnp_support_singles(support); i++)
 		if (fabs(residual[i]) > SLIGHT * support->distance[i] && fabs(residual[i]) > DEVIATIONS * noise)
 			return true;
 	return gnp_patch_one_sided(patch, 0, 0);
@@ -206,7 +207,7 @@ static bool has_end(const struct gnp_support *support, const double *residual, d
 static gnp_status set_patch(const struct gnp_support *support, const double *residual, double noise,
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	size_t most = single_nodes(support), count = 0;
+	size_t most = gnp_support_singles(support), count = 0;
 	double *u = gnp_scratch_take(scratch, 3 * most, sizeof *u), scale = piece->fit.surface.scale_xy / support->radius;
 	double square = 0, mean = 0;
 	uint32_t *index = gnp_scratch_take(scratch, most, sizeof *index);
@@ -228,7 +229,10 @@ static gnp_status set_patch(const struct gnp_support *support, const double *res
 	double height = fmax(2 * sqrt(square), 0.1 * piece->fit.surface.scale_xy);
 	for (size_t i = 0; i < count; i++)
 		w[i] /= height;
-	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count, .index = index, .u = u, .v = v, .w = w, .epsilon = piece->fit.surface.scale_xy, .scale_xy = piece->fit.surface.scale_xy, .scale_w = height};
+	double extent = piece->fit.surface.scale_xy;
+	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count,
+	                                  .index = index, .u = u, .v = v, .w = w, .epsilon = extent, .scale_xy = extent,
+	                                  .scale_w = height};
 	memcpy(piece->patch.origin, piece->fit.surface.origin, sizeof piece->patch.origin);
 	memcpy(piece->patch.frame, support->frame, sizeof support->frame);
 	return GNP_OK;
@@ -252,7 +256,7 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 	if (errors)
 		set_doubt(support, fit, outputs, &piece->fit.surface);
 	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && has_end(support, residual, noise, &piece->patch);
-	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0;
+	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0 && support->points < cloud->count;
 	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
 	piece->member = member;
 	piece->trusted = trust(support, residual, noise, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius,
@@ -261,8 +265,8 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 }
 
 gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
-                               bool errors,
-                               struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error)
+                               bool errors, struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch,
+                               struct gnp_error *error)
 {
 	struct rows *rows = gnp_scratch_take(scratch, 1, sizeof *rows);
 	struct gnp_support *supports[BATCH];

@@ -1,5 +1,5 @@
-/* Surfaces by a model with the head `weighted`: finds the support of a point, has the network weigh its nodes, and says of the
- * fitted piece how far it can be trusted.
+/* Surfaces by a model with the head `weighted`: finds the support of a point, has the network weigh its nodes, and
+ * says of the fitted piece how far it can be trusted.
  *
  * Nothing is decided for the cloud as a whole: frame, reach, weights, smoothness, creases and outliers all follow
  * from a point's own neighbourhood. */
@@ -20,18 +20,18 @@ struct gnp_weighted_cloud {
 /* A fitted smooth piece about a point. The arrays of fit and patch live in scratch. */
 struct gnp_weighted_piece {
 	struct gnp_fit fit;
-	struct gnp_patch patch; /* of the nearest points that are of the piece, the centre first; scaled as the surface is */
-	bool crease, outlier;   /* of the centre */
+	struct gnp_patch patch; /* of the nearest points that lie on the surface, the centre first; scaled as it is */
+	bool crease, outlier;   /* of the centre; where its support is the whole cloud, there are no outliers */
 	size_t trusted;         /* points at which the surface is as good as their own would be, the centre first */
 	const uint32_t *member; /* (trusted) */
 };
 
 enum { GNP_WEIGHTED_BATCH = 16 };
 
-/* Fits at centres (count <= GNP_WEIGHTED_BATCH): pieces (count) out. errors: surfaces get standard errors. GNP_DEGENERATE where more points coincide than a
- * support has; GNP_OUT_OF_MEMORY. */
+/* Fits at centres (count <= GNP_WEIGHTED_BATCH): pieces (count) out. errors: surfaces get standard errors.
+ * GNP_DEGENERATE where more points coincide than a support has; GNP_OUT_OF_MEMORY. */
 gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
-                               bool errors,
-                               struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch, struct gnp_error *error);
+                               bool errors, struct gnp_weighted_piece *pieces, struct gnp_scratch *scratch,
+                               struct gnp_error *error);
 
 #endif

@@ -61,6 +61,12 @@ struct gnp_support {
 	float summary[GNP_SUPPORT_SUMMARY];
 };
 
+/* The nodes that are one point each: the first. */
+static inline size_t gnp_support_singles(const struct gnp_support *support)
+{
+	return support->nodes < GNP_SUPPORT_SINGLES ? support->nodes : (size_t)GNP_SUPPORT_SINGLES;
+}
+
 /* Looks at a point: its nearest points (GNP_LADDER_REACH or all) by row of a search, the centre put first where the
  * row has it, and their ladder. */
 void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, uint32_t *index, size_t count,
@@ -69,9 +75,10 @@ void gnp_support_look(const struct gnp_support_cloud *cloud, uint32_t centre, ui
 /* Points that a support of the ladder's step reaches for. */
 size_t gnp_support_reach(unsigned step);
 
-/* Builds the support by a step of the ladder from a row of a search (index, distance: count) that reaches as
- * far as the step wants, or as the cloud goes; the centre becomes the first member where the row has it. turn: the frame is turned by this angle about its third axis.
- * False when all points it reaches coincide. O(count), no memory of its own. */
+/* Builds the support by a step of the ladder from a row of a search (index, distance: count) that reaches as far as
+ * the step wants, or as the cloud goes; the centre becomes the first member where the row has it. turn: the frame is
+ * turned by this angle about its third axis. False when all points it reaches coincide. O(count), no memory of its
+ * own. */
 bool gnp_support_build(const struct gnp_support_cloud *cloud, uint32_t centre, const struct gnp_ladder *ladder,
                        unsigned step, const uint32_t *index, const double *distance, size_t count, double turn,
                        struct gnp_support *out);

@@ -96,6 +96,19 @@ static void shares_only_become_less(void)
 		CHECK(fit.share[i] <= first.share[i] * (1 + 1e-5));
 }
 
+/* Of sizes 0, 1, ... n - 1 in any order the median; a few that are far off do not move it. */
+static void the_deviation_is_that_of_the_median(void)
+{
+	double residual[GNP_SUPPORT_NODES] = {0};
+	make_support(0);
+	for (size_t i = 0; i < GNP_SUPPORT_SINGLES; i++)
+		residual[i] = (i % 2 ? -1 : 1) * (double)(i * 5 % GNP_SUPPORT_SINGLES);
+	CHECK_NEAR(gnp_weighted_deviation(&support, residual), 1.4826 * (GNP_SUPPORT_SINGLES / 2 - 1), 1e-12);
+	for (size_t i = 0; i < GNP_SUPPORT_SINGLES; i++)
+		residual[i] *= fabs(residual[i]) > 40 ? 1e9 : 1;
+	CHECK_NEAR(gnp_weighted_deviation(&support, residual), 1.4826 * (GNP_SUPPORT_SINGLES / 2 - 1), 1e-12);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
@@ -103,6 +116,7 @@ int main(int argc, char **argv)
 		TEST(what_lies_on_its_surface_is_left_to_the_bit),
 		TEST(little_is_not_plain),
 		TEST(shares_only_become_less),
+		TEST(the_deviation_is_that_of_the_median),
 	};
 	return RUN_TESTS(tests);
 }
