@@ -2,48 +2,11 @@
 #include "core/base/vector.h"
 #include "core/linear/linalg.h"
 #include "core/network/frame_choice.h"
-#include "tests/unit/test.h"
-#include "weights/train/any/any_start.h"
+#include "tests/unit/weights/train/any_scene.h"
 #include "weights/train/any/any_supports.h"
-#include "weights/train/any/any_train.h"
 #include "weights/train/any/any_truth.h"
 
-enum { POINTS = 2000 };
-
-static struct gnp_pool *pool;
 static struct gnp_scratch *scratch;
-
-static struct gnp_any_recipe recipe_of(enum gnp_any_group group, double noise)
-{
-	return (struct gnp_any_recipe){.group = group, .least = POINTS, .most = POINTS, .noise = noise};
-}
-
-static struct gnp_any_cloud make_cloud(const struct gnp_any_recipe *recipe, uint64_t seed)
-{
-	struct gnp_any_cloud cloud;
-	struct gnp_error error = {0};
-	if (gnp_any_cloud_create(recipe, seed, 0, pool, &cloud, &error) != GNP_OK) {
-		fprintf(stderr, "%s\n", error.text);
-		exit(1);
-	}
-	return cloud;
-}
-
-static struct gnp_network *make_network(void)
-{
-	struct gnp_architecture architecture = gnp_any_train_defaults().architecture;
-	static struct gnp_layout layout;
-	struct gnp_network *network;
-	architecture.width = architecture.neurons = architecture.head_width = architecture.node_width = 8;
-	architecture.frame_width = 8;
-	architecture.layers = 1;
-	CHECK(gnp_architecture_layout(&architecture, &layout, NULL) == GNP_OK);
-	float *parameters = malloc(layout.total * sizeof *parameters);
-	gnp_any_start_parameters(&architecture, &layout, 3, parameters);
-	CHECK(gnp_network_create(&architecture, parameters, &network, NULL) == GNP_OK);
-	free(parameters);
-	return network;
-}
 
 /* ---- Clouds ---- */
 

@@ -1,15 +1,13 @@
 /* Weighted models with a part taken away: which parameters change and how, and that what is left answers. */
 #include <math.h>
-#include <unistd.h>
 
-#include "core/base/random.h"
 #include "core/linear/linalg.h"
 #include "core/network/weighted_head.h"
-#include "tests/unit/test.h"
+#include "tests/unit/weights/validate/drawn_model.h"
 #include "weights/validate/ablation_weighted.h"
 #include "weights/validate/real_method.h"
 
-enum { POINTS = 1200, WIDTH = 8 };
+enum { POINTS = 1200, WIDTH = DRAWN_WIDTH };
 
 static struct gnp_pool *pool;     /* of two workers, for every test */
 static struct gnp_models *models; /* a drawn one, any */
@@ -144,53 +142,14 @@ static void the_real_table_lists_every_part_of_the_default(void)
 
 /* ---- The model ---- */
 
-static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_SEPARABLE,
-                                                     .head = GNP_HEAD_WEIGHTED,
-                                                     .features = GNP_SUPPORT_FEATURES,
-                                                     .width = WIDTH,
-                                                     .channels = 2,
-                                                     .neurons = 6,
-                                                     .layers = 1,
-                                                     .quadrature = GNP_QUADRATURE_MAX,
-                                                     .head_width = 8,
-                                                     .outputs = GNP_WEIGHTED_OUTPUTS,
-                                                     .node_width = 8,
-                                                     .frame_width = 8};
-
-static bool save(const char *path)
+static void widen_spreads(const struct gnp_layout *layout, float *parameters)
 {
-	struct gnp_layout layout;
-	struct gnp_random random;
-	struct gnp_error error = {0};
-	gnp_random_seed(&random, 11, 0);
-	if (gnp_architecture_layout(&architecture, &layout, &error) != GNP_OK)
-		return false;
-	float *parameters = malloc(layout.total * sizeof *parameters);
-	for (size_t p = 0; p < layout.total; p++)
-		parameters[p] = (float)(0.2 * gnp_random_normal(&random));
 	static const char *const spreads[] = {"head.deviation", "frame.deviation"};
 	for (int s = 0; s < 2; s++) {
-		const struct gnp_parameter_row *row = gnp_layout_find(&layout, spreads[s]);
+		const struct gnp_parameter_row *row = gnp_layout_find(layout, spreads[s]);
 		for (size_t p = 0; p < row->count; p++)
 			parameters[row->offset + p] = 4;
 	}
-	const struct gnp_model_source source = {.architecture = architecture, .regime = "any", .parameters = parameters};
-	bool good = gnp_model_save(path, &source, &error) == GNP_OK;
-	fputs(error.text, stderr);
-	free(parameters);
-	return good;
-}
-
-/* Loads it from a folder that is gone afterwards. */
-static bool draw_model(void)
-{
-	char folder[] = "/tmp/gnp-ablation-XXXXXX", path[128];
-	bool good = mkdtemp(folder) != NULL;
-	snprintf(path, sizeof path, "%s/any.safetensors", folder);
-	good = good && save(path) && gnp_models_load(folder, &models, NULL) == GNP_OK;
-	unlink(path);
-	rmdir(folder);
-	return good;
 }
 
 int main(int argc, char **argv)
@@ -201,7 +160,7 @@ int main(int argc, char **argv)
 		TEST(the_real_table_lists_every_part_of_the_default),
 	};
 	gnp_linalg_init();
-	if (!draw_model() || gnp_pool_create(2, &pool, NULL) != GNP_OK)
+	if (!drawn_model_load(widen_spreads, &models) || gnp_pool_create(2, &pool, NULL) != GNP_OK)
 		return 1;
 	int code = RUN_TESTS(tests);
 	gnp_pool_free(pool);

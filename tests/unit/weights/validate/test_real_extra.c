@@ -1,12 +1,9 @@
 /* The real table beside the angles: details of estimators on exact bodies, the filter on samples, and how they are
  * written. */
 #include <math.h>
-#include <unistd.h>
 
-#include "core/base/random.h"
 #include "core/linear/linalg.h"
-#include "core/support/weighted_projection.h"
-#include "tests/unit/test.h"
+#include "tests/unit/weights/validate/drawn_model.h"
 #include "weights/validate/real_body.h"
 #include "weights/validate/real_extra.h"
 
@@ -196,50 +193,13 @@ static void the_tables_are_written_three_ways(void)
 
 /* ---- The model ---- */
 
-static const struct gnp_architecture architecture = {.trunk = GNP_TRUNK_SEPARABLE,
-                                                     .head = GNP_HEAD_WEIGHTED,
-                                                     .features = GNP_SUPPORT_FEATURES,
-                                                     .width = 8,
-                                                     .channels = 2,
-                                                     .neurons = 6,
-                                                     .layers = 1,
-                                                     .quadrature = GNP_QUADRATURE_MAX,
-                                                     .head_width = 8,
-                                                     .outputs = GNP_WEIGHTED_OUTPUTS,
-                                                     .node_width = 8,
-                                                     .frame_width = 8};
-
-static bool save(const char *path)
+static void fix_judgements(const struct gnp_layout *layout, float *parameters)
 {
-	struct gnp_layout layout;
-	struct gnp_random random;
-	gnp_random_seed(&random, 11, 0);
-	if (gnp_architecture_layout(&architecture, &layout, NULL) != GNP_OK)
-		return false;
-	float *parameters = malloc(layout.total * sizeof *parameters);
-	for (size_t p = 0; p < layout.total; p++)
-		parameters[p] = (float)(0.2 * gnp_random_normal(&random));
-	for (size_t p = 0; p < gnp_layout_find(&layout, "head.4.weight")->count; p++)
-		parameters[gnp_layout_find(&layout, "head.4.weight")->offset + p] = 0;
-	float *outputs = parameters + gnp_layout_find(&layout, "head.4.bias")->offset;
+	const struct gnp_parameter_row *weight = gnp_layout_find(layout, "head.4.weight");
+	float *outputs = parameters + gnp_layout_find(layout, "head.4.bias")->offset;
+	memset(parameters + weight->offset, 0, weight->count * sizeof *parameters);
 	outputs[GNP_WEIGHTED_CREASE] = 10;
 	outputs[GNP_WEIGHTED_OUTLIER] = -10;
-	const struct gnp_model_source source = {.architecture = architecture, .regime = "any", .parameters = parameters};
-	bool good = gnp_model_save(path, &source, NULL) == GNP_OK;
-	free(parameters);
-	return good;
-}
-
-/* Loads it from a folder that is gone afterwards. */
-static bool draw_model(void)
-{
-	char folder[] = "/tmp/gnp-extra-XXXXXX", path[128];
-	bool good = mkdtemp(folder) != NULL;
-	snprintf(path, sizeof path, "%s/any.safetensors", folder);
-	good = good && save(path) && gnp_models_load(folder, &models, NULL) == GNP_OK;
-	unlink(path);
-	rmdir(folder);
-	return good;
 }
 
 int main(int argc, char **argv)
@@ -252,7 +212,7 @@ int main(int argc, char **argv)
 		TEST(the_tables_are_written_three_ways),
 	};
 	gnp_linalg_init();
-	if (!draw_model() || gnp_pool_create(2, &pool, NULL) != GNP_OK)
+	if (!drawn_model_load(fix_judgements, &models) || gnp_pool_create(2, &pool, NULL) != GNP_OK)
 		return 1;
 	int code = RUN_TESTS(tests);
 	gnp_pool_free(pool);
