@@ -50,7 +50,7 @@ const struct gnp_option gnp_train_plan_options[] = {
 	{"least-noise", 0, "X",
      "with --most-noise: every other visit has noise between them (projection under noise 1e-4 and 4e-3)"},
 	{"most-noise", 0, "X", "0: all have the regime's"},
-	{"normal-noise", 0, "X", "any: share of noisy clouds whose noise is along the normals (0)"},
+	{"normal-noise", 0, "X", "any: share of noisy clouds whose noise is along the normals (0.4)"},
 	{"frame-steps", 0, "N", "any: steps for frames before all others (4000)"},
 	{"frame-rate", 0, "X", "any: the largest rate of these (3e-3)"},
 	{"window", 0, "N", "clouds at hand (pooled 32, 16)"},
