@@ -2,13 +2,16 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "core/base/memory.h"
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
 #include "core/estimate/estimate_patches.h"
 #include "core/estimate/estimate_supports.h"
+#include "core/estimate/weighted_fit.h"
 #include "core/model/model.h"
+#include "core/support/votes.h"
 
 /* Patches a chunk: a multiple of the batches of the projection head, and few enough that small requests do not wait
  * long for it. */
@@ -18,6 +21,7 @@ enum { PATCHES_A_CHUNK = 48 };
 struct choice {
 	const uint32_t *at; /* (count) */
 	size_t count;
+	bool again; /* the cloud is what is left of another */
 };
 
 /* Patch p is that of the point at[p], and serves it. */
@@ -162,11 +166,113 @@ static size_t count_outliers(const struct gnp_estimate_work *work)
 	return count;
 }
 
+/* Pieces have voted on all points; where points were chosen, who is an outlier was the network's to say. */
+static void count_votes(struct gnp_estimate_work *work)
+{
+	const struct gnp_votes *votes = work->weighted->votes;
+	double *column = work->out->values[GNP_OUTLIER];
+	for (size_t i = 0; i < work->prepared->count; i++) {
+		bool outlier = gnp_votes_outlier(votes, i);
+		work->outliers += outlier;
+		if (column)
+			column[work->prepared->order[i]] = outlier;
+		if (work->probes && i == gnp_belief_sample_point(work->stride, work->prepared->count, i / work->stride))
+			work->probes[i / work->stride].outlier = outlier;
+	}
+}
+
 /* Standard errors of a posterior under noise; a weighted model's are calibrated, bias and all. */
 static bool holds_scatter_alone(const struct gnp_estimate_work *work)
 {
 	return !work->weighted && (work->quantities & GNP_QUANTITY_STDERR) != 0;
 }
+
+/* ---- Without outliers ---- */
+
+/* What is left of a cloud. */
+struct kept {
+	size_t count;
+	uint32_t *row; /* (count) the caller's */
+	double *points, *normals;
+};
+
+static void kept_clear(struct kept *kept)
+{
+	free(kept->row);
+	free(kept->points);
+	free(kept->normals);
+}
+
+static gnp_status keep(const struct gnp_estimate_work *work, struct kept *kept, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = work->prepared;
+	size_t most = prepared->count - work->outliers;
+	*kept = (struct kept){.row = gnp_array_new(most, sizeof *kept->row),
+	                      .points = gnp_array_new(most, 3 * sizeof *kept->points),
+	                      .normals = gnp_array_new(most, 3 * sizeof *kept->normals)};
+	if (!kept->row || !kept->points || !kept->normals)
+		return gnp_no_memory("estimate", most, "points without outliers", error);
+	for (size_t i = 0; i < prepared->count; i++) {
+		if (gnp_votes_outlier(work->weighted->votes, i))
+			continue;
+		memcpy(kept->points + 3 * kept->count, prepared->points + 3 * i, 3 * sizeof *kept->points);
+		memcpy(kept->normals + 3 * kept->count, prepared->normals + 3 * i, 3 * sizeof *kept->normals);
+		kept->row[kept->count++] = prepared->order[i];
+	}
+	return GNP_OK;
+}
+
+/* Rows of the kept points as they are without the others. */
+static void take_kept(const struct kept *kept, const struct gnp_estimate *of_kept, struct gnp_estimate *estimate)
+{
+	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
+		size_t width = gnp_estimate_width((enum gnp_quantity)q, estimate->basis_size);
+		for (size_t k = 0; estimate->values[q] && k < kept->count; k++)
+			memcpy(estimate->values[q] + kept->row[k] * width, of_kept->values[q] + k * width, width * sizeof(double));
+	}
+	estimate->components = of_kept->components;
+	estimate->degenerate = of_kept->degenerate;
+	estimate->patches += of_kept->patches;
+	estimate->outliers += of_kept->outliers;
+}
+
+static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
+                                  const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
+                                  struct gnp_estimate *estimate, struct gnp_error *error);
+
+/* Where outliers are many, fits do better without them: the rest is estimated again as a cloud of its own. */
+static bool is_worth_again(const struct gnp_estimate_work *work, const struct choice *choice,
+                           const struct gnp_estimate_options *options)
+{
+	enum { FEW = 32 }; /* one in so many: what noise alone has in its tails is less */
+	return work->weighted && !choice->at && !choice->again && work->outliers * FEW > work->prepared->count &&
+	       work->prepared->count - work->outliers > 4 * (size_t)options->k;
+}
+
+static gnp_status estimate_again(const struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
+                                 struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *estimate,
+                                 struct gnp_error *error)
+{
+	struct kept kept;
+	struct gnp_prepared prepared = {.count = 0};
+	struct gnp_estimate of_kept = {0};
+	gnp_status status = keep(work, &kept, error);
+	if (status == GNP_OK) {
+		bool given = work->prepared->components == 0;
+		const struct gnp_cloud cloud = {kept.count, kept.points, given ? kept.normals : NULL};
+		status = gnp_prepare(&cloud, pool, task, &prepared, error);
+	}
+	if (status == GNP_OK)
+		status = estimate_choice(&prepared, options, &(struct choice){.again = true}, pool, task, &of_kept, error);
+	if (status == GNP_OK)
+		take_kept(&kept, &of_kept, estimate);
+	gnp_estimate_clear(&of_kept);
+	gnp_prepared_clear(&prepared);
+	kept_clear(&kept);
+	return status;
+}
+
+/* ---- All of it ---- */
 
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                   const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
@@ -195,8 +301,8 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 		status = allocate_probes(&work, error);
 	if (status == GNP_OK)
 		status = run(&work, pool, task, error);
-	if (status == GNP_OK && work.probes)
-		status = gnp_belief_answer_check(prepared, work.probes, holds_scatter_alone(&work), pool, task, error);
+	if (status == GNP_OK && work.weighted && !work.chosen)
+		count_votes(&work);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;
@@ -204,6 +310,11 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	estimate->degenerate = work.degenerate;
 	estimate->outliers = work.weighted ? work.outliers : count_outliers(&work);
 	estimate->model = estimator->model && status == GNP_OK ? estimator->model(work.state) : NULL;
+	if (status == GNP_OK && is_worth_again(&work, choice, options))
+		status = estimate_again(&work, options, pool, task, estimate, error);
+	else if (status == GNP_OK && work.probes)
+		status = gnp_belief_answer_check(prepared, work.probes, holds_scatter_alone(&work), pool, task, error);
+	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	work_clear(&work);
 	return status;
 }
@@ -267,14 +378,14 @@ gnp_status gnp_estimate_prepared(const struct gnp_prepared *prepared, const stru
 		                       options->k);
 	if (status != GNP_OK)
 		return status;
-	return estimate_ready(prepared, options, &(struct choice){NULL, 0}, pool, task, out, error);
+	return estimate_ready(prepared, options, &(struct choice){0}, pool, task, out, error);
 }
 
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error)
 {
-	return estimate_cloud(cloud, options, &(struct choice){NULL, 0}, pool, task, out, error);
+	return estimate_cloud(cloud, options, &(struct choice){0}, pool, task, out, error);
 }
 
 gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
@@ -282,7 +393,7 @@ gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estim
                            struct gnp_estimate *out, struct gnp_error *error)
 {
 	assert(at);
-	return estimate_cloud(cloud, options, &(struct choice){at, at_count}, pool, task, out, error);
+	return estimate_cloud(cloud, options, &(struct choice){at, at_count, false}, pool, task, out, error);
 }
 
 void gnp_estimate_clear(struct gnp_estimate *estimate)
@@ -294,8 +405,9 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 
 /* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it
  * looks, judgements and verdicts of representatives are there too: bytes a point, as measured. A weighted model keeps
- * the cloud's roughness alone, and has no cover. What does not grow with the cloud is FIXED. */
-enum { SURVEYING = 176, SURVEYED = 48, ROUGHNESS = 2, FIXED = 6 << 20 };
+ * the cloud's roughness and votes alone, and has no cover; without outliers all is there twice. What does not grow with
+ * the cloud is FIXED. */
+enum { SURVEYING = 176, SURVEYED = 48, VOTED = 6, KEPT = 52, FIXED = 6 << 20 };
 
 static size_t larger(size_t a, size_t b)
 {
@@ -319,7 +431,9 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 		if (quantities & GNP_QUANTITY_BIT(q))
 			width += gnp_estimate_width((enum gnp_quantity)q, size);
 	size_t covered = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + (surveys ? SURVEYED : 0);
-	size_t fitting = width * sizeof(double) + (weighted ? ROUGHNESS : covered);
+	size_t fitting = width * sizeof(double) + (weighted ? VOTED : covered);
 	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
+	if (weighted) /* the cloud without outliers, and all that again */
+		most += count * KEPT + larger(gnp_prepare_memory(count, given), most);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

@@ -19,14 +19,16 @@ struct gnp_estimate {
 	double *values[GNP_QUANTITY_COUNT];  /* (count, width) each; NULL where not asked for */
 	int normals_estimated;               /* 1 when the cloud came without normals */
 	size_t components;                   /* connected components oriented; 0 when normals were given */
-	size_t patches;                      /* patches fitted */
+	size_t patches;                      /* patches fitted, also those of the cloud without outliers */
 	const struct gnp_model *model;       /* the options' or the chosen one, borrowed; NULL: the estimator uses none */
-	size_t outliers;                     /* points the estimator kept out of its patches as outliers: gnp where it looked for them */
+	size_t outliers;                     /* points found to be outliers: by gnp, where it looked for them */
 	size_t degenerate;                   /* points whose neighbourhood was too poor for the basis: a lower degree was used */
 };
 
-/* Checks options and cloud, orients normals when absent, estimates. Deterministic for any worker count.
- * On failure *out is unchanged. task may be NULL. O(n log n) for finding neighbours; memory: gnp_estimate_memory. */
+/* Checks options and cloud, orients normals when absent, estimates. Where a weighted model finds more outliers than one
+ * point in 32, the others are estimated again as a cloud of their own; outliers keep what they got among them all.
+ * Deterministic for any worker count. On failure *out is unchanged. task may be NULL. O(n log n) for finding
+ * neighbours; memory: gnp_estimate_memory. */
 gnp_status gnp_estimate_run(const struct gnp_cloud *cloud, const struct gnp_estimate_options *options,
                             struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *out,
                             struct gnp_error *error);

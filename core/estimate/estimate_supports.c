@@ -29,9 +29,9 @@ static void write(struct block *block, const struct gnp_weighted_piece *piece, s
 {
 	const bool centre = point == piece->patch.centre;
 	const struct gnp_estimate_judgement judgement = {.crease = centre && piece->crease,
-	                                                 .outlier = centre && piece->outlier};
+	                                                 .outlier = block->work->chosen && piece->outlier};
 	gnp_estimate_write(block->work, &piece->patch, &piece->fit, &judgement, point, row);
-	atomic_fetch_add_explicit(&block->work->outliers, judgement.outlier, memory_order_relaxed);
+	atomic_fetch_add_explicit(&block->work->outliers, judgement.outlier, memory_order_relaxed); /* else votes tell */
 }
 
 /* Serves the points of the block that the piece is trusted for; how many. */

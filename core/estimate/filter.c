@@ -141,6 +141,8 @@ static gnp_status look(struct run *run, bool known, bool again, struct view *vie
 	options.quantities = GNP_QUANTITY_BIT(GNP_POINTS) | GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_DEVIATION);
 	options.if_offered = run->options->consensus ? GNP_QUANTITY_BIT(GNP_OUTLIER) : 0;
 	options.unjudged = again;
+	if (run->options->consensus && !again)
+		options.cover = GNP_COVER_ALL; /* the more pieces vote, the surer they are */
 	gnp_status status = gnp_cloud_check(&cloud, least_points(run->options), error);
 	if (status == GNP_OK)
 		status = (again ? gnp_prepare_fitted : gnp_prepare)(&cloud, run->pool, run->task, &view->prepared, error);

@@ -1,9 +1,10 @@
 /* The operation filter: finds the points of a cloud that do not lie on the surface the others agree on, and gives the
  * cloud without them.
  *
- * By default a point is dropped that its own neighbourhood says is none of the surface: by the network that weighs
- * supports (weighted_fit.h), or, for estimators that do not judge, by the consensus of overlapping robust fits (outliers.h).
- * Both go by what the neighbourhood's own noise is, so that a noisy cloud keeps its points.
+ * By default a point is dropped that its own neighbourhood says is none of the surface: by the votes of the pieces that
+ * a weighted model fits about it (votes.h; every point has a piece, whatever cover is asked), or, for estimators that
+ * do not judge, by the consensus of overlapping robust fits (outliers.h). Both go by what the neighbourhood's own noise
+ * is, so that a noisy cloud keeps its points.
  *
  * The paper's rule, by alpha: a patch is fitted to each point's neighbourhood; the point's deviation is |w - s(u, v)| there,
  * in the patch's scaled height (patch.h), and what exceeds alpha is dropped, noise and detail with it. Kept points may then

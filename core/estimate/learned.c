@@ -11,6 +11,7 @@
 #include "core/estimate/weighted_fit.h"
 #include "core/model/models.h"
 #include "core/network/pooled.h"
+#include "core/support/votes.h"
 
 enum {
 	POINTS_A_SERVED = 60, /* of a support, for each point its patch may serve as well as that point's own would */
@@ -73,6 +74,7 @@ void gnp_learned_release(void *pointer)
 	free(state->outlier);
 	free(state->normals);
 	gnp_roughness_clear(&state->roughness);
+	gnp_votes_free(state->weighted.votes);
 	free(state);
 }
 
@@ -87,7 +89,10 @@ static gnp_status prepare_weighted(struct state *state, const struct gnp_fit_clo
 {
 	state->weighted = (struct gnp_weighted_cloud){
 		.count = cloud->count, .network = state->model->network,
-		.points = {cloud->points, cloud->normals, cloud->given, cloud->neighbors, &state->roughness}};
+		.points = {cloud->points, cloud->normals, cloud->given, cloud->neighbors, &state->roughness},
+		.votes = gnp_votes_create(cloud->count)};
+	if (!state->weighted.votes)
+		return gnp_no_memory("gnp", cloud->count, "points", error);
 	return gnp_roughness_measure(cloud->neighbors, pool, task, &state->roughness, error);
 }
 

@@ -7,15 +7,14 @@
 #include "core/fit/regression.h"
 #include "core/network/frame_choice.h"
 #include "core/network/weighted_head.h"
+#include "core/support/votes.h"
+#include "core/support/weighted_members.h"
 #include "core/support/weighted_refit.h"
 
 enum { SIZE = GNP_TAYLOR_SIZE,
 	   STRIDE = GNP_TAYLOR_STRIDE,
 	   BATCH = GNP_WEIGHTED_BATCH };
 
-/* A surface serves points within REACH of its scale, and in the INNER part of its nearest points: farther ones have
- * all of these to one side. */
-static const double REACH = 0.25, INNER = 0.5;
 static const double LEAST_MISFIT = 1e-200; /* of an exact fit, so that its factors of doubt are numbers */
 
 /* ---- Supports ---- */
@@ -167,101 +166,27 @@ static gnp_status set_surface(const struct gnp_weighted_cloud *cloud, const stru
 	return GNP_OK;
 }
 
-/* ---- What the piece is worth to its neighbours ---- */
-
-/* Whether a node is as near to the surface as those of the piece are: not steeper over it than STEEP, noise aside. */
-static bool is_on_surface(const struct gnp_support *support, double residual, double noise, size_t i)
-{
-	static const double STEEP = 0.35, DEVIATIONS = 4;
-	return fabs(residual) <= STEEP * support->distance[i] || fabs(residual) <= DEVIATIONS * noise;
-}
-
-/* Points that the surface serves: near, of the piece, and nearer than half way to the first that is off the surface. */
-static size_t trust(const struct gnp_support *support, const double *residual, double noise, double reach,
-                    uint32_t *member)
-{
-	size_t count = 0;
-	for (size_t i = 1; i < gnp_support_singles(support); i++)
-		if (!is_on_surface(support, residual[i], noise, i))
-			reach = fmin(reach, 0.5 * support->distance[i]);
-	reach = fmin(reach, INNER * support->distance[gnp_support_singles(support) - 1]);
-	member[count++] = support->centre;
-	for (size_t i = 1; i < gnp_support_singles(support) && support->distance[i] <= reach; i++)
-		member[count++] = support->member[i];
-	return count;
-}
-
-/* Whether there is anything near that a crease or rim could be seen by: points off the surface, or none to one side. */
-static bool has_end(const struct gnp_support *support, const double *residual, double noise,
-                    const struct gnp_patch *patch)
-{
-	static const double SLIGHT = 0.03, DEVIATIONS = 3;
-	for (size_t i = 1; i < gnp_support_singles(support); i++)
-		if (fabs(residual[i]) > SLIGHT * support->distance[i] && fabs(residual[i]) > DEVIATIONS * noise)
-			return true;
-	return gnp_patch_one_sided(patch, 0, 0);
-}
-
-/* The nearest points that are on the surface, as a patch; heights are scaled by twice their deviation from the
- * plane. */
-static gnp_status set_patch(const struct gnp_support *support, const double *residual, double noise,
-                            struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
-{
-	size_t most = gnp_support_singles(support), count = 0;
-	double *u = gnp_scratch_take(scratch, 3 * most, sizeof *u), scale = piece->fit.surface.scale_xy / support->radius;
-	double square = 0, mean = 0;
-	uint32_t *index = gnp_scratch_take(scratch, most, sizeof *index);
-	if (!u || !index)
-		return gnp_no_memory("gnp", most, "points of a patch", error);
-	double *v = u + most, *w = v + most;
-	for (size_t i = 0; i < most; i++) {
-		if (i > 0 && !is_on_surface(support, residual[i], noise, i))
-			continue;
-		index[count] = support->member[i];
-		u[count] = support->u[i] / scale;
-		v[count] = support->v[i] / scale;
-		w[count++] = support->y[i] * support->radius;
-	}
-	for (size_t i = 0; i < count; i++)
-		mean += w[i] / (double)count;
-	for (size_t i = 0; i < count; i++)
-		square += (w[i] - mean) * (w[i] - mean) / (double)count;
-	double height = fmax(2 * sqrt(square), 0.1 * piece->fit.surface.scale_xy);
-	for (size_t i = 0; i < count; i++)
-		w[i] /= height;
-	double extent = piece->fit.surface.scale_xy;
-	piece->patch = (struct gnp_patch){.centre = support->centre, .k = count, .count = count, .buffer_count = count,
-	                                  .index = index, .u = u, .v = v, .w = w, .epsilon = extent, .scale_xy = extent,
-	                                  .scale_w = height};
-	memcpy(piece->patch.origin, piece->fit.surface.origin, sizeof piece->patch.origin);
-	memcpy(piece->patch.frame, support->frame, sizeof support->frame);
-	return GNP_OK;
-}
-
 static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct gnp_support *support,
                             const struct gnp_weighted_fit *fit, const float *outputs, bool errors,
                             struct gnp_weighted_piece *piece, struct gnp_scratch *scratch, struct gnp_error *error)
 {
-	uint32_t *member = gnp_scratch_take(scratch, GNP_SUPPORT_SINGLES, sizeof *member);
 	double residual[GNP_SUPPORT_NODES];
-	if (!member)
-		return gnp_no_memory("gnp", GNP_SUPPORT_SINGLES, "points", error);
 	gnp_residuals(support->rows, support->y, support->nodes, STRIDE, fit->coefficients, residual);
 	gnp_status status = set_surface(cloud, support, fit, residual, &piece->fit, scratch, error);
-	double noise = piece->fit.residual / support->radius;
-	if (status == GNP_OK)
-		status = set_patch(support, residual, noise, piece, scratch, error);
+	if (status != GNP_OK)
+		return status;
+	const struct gnp_weighted_near near = {support, fit, outputs, residual, piece->fit.residual / support->radius,
+	                                       piece->fit.surface.scale_xy};
+	status = gnp_weighted_near_patch(&near, cloud->points.points, &piece->patch, scratch, error);
 	if (status != GNP_OK)
 		return status;
 	if (errors)
 		set_doubt(support, fit, outputs, &piece->fit.surface);
-	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && has_end(support, residual, noise, &piece->patch);
+	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && gnp_weighted_near_ends(&near, &piece->patch);
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0 && support->points < cloud->count;
-	bool alone = outputs[GNP_WEIGHTED_CREASE] > -1 || outputs[GNP_WEIGHTED_OUTLIER] > -1 || !fit->solved;
-	piece->member = member;
-	piece->trusted = trust(support, residual, noise, alone ? 0 : REACH * piece->fit.surface.scale_xy / support->radius,
-	                       member);
-	return GNP_OK;
+	if (cloud->votes && support->points < cloud->count)
+		gnp_votes_cast(cloud->votes, &near, cloud->points.points);
+	return gnp_weighted_near_members(&near, cloud->points.points, &piece->member, &piece->trusted, scratch, error);
 }
 
 gnp_status gnp_weighted_fit_at(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,

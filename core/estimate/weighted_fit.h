@@ -10,18 +10,21 @@
 #include "core/network/network.h"
 #include "core/support/support.h"
 
+struct gnp_votes;
+
 /* What fits of a cloud need; borrowed. */
 struct gnp_weighted_cloud {
 	size_t count;
 	struct gnp_support_cloud points;
 	const struct gnp_network *network;
+	struct gnp_votes *votes; /* what pieces find of the points about them; NULL: not asked */
 };
 
 /* A fitted smooth piece about a point. The arrays of fit and patch live in scratch. */
 struct gnp_weighted_piece {
 	struct gnp_fit fit;
 	struct gnp_patch patch; /* of the nearest points that lie on the surface, the centre first; scaled as it is */
-	bool crease, outlier;   /* of the centre; where its support is the whole cloud, there are no outliers */
+	bool crease, outlier;   /* of the centre, by the network; no outliers where its support is the whole cloud */
 	size_t trusted;         /* points at which the surface is as good as their own would be, the centre first */
 	const uint32_t *member; /* (trusted) */
 };

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/select.h"
 #include "core/base/simd.h"
 #include "core/base/vector.h"
 #include "core/fit/least_squares.h"
@@ -242,12 +243,24 @@ static void fill_features(const struct gnp_first_fit *narrow, const struct gnp_f
 	}
 }
 
+/* Of a first fit, over the deviation of the residuals of `nodes` single points, the centre's among them. */
+static float centre_off(const struct gnp_support *support, const struct gnp_first_fit *fit, size_t nodes)
+{
+	static const double NORMAL = 1.4826, LEAST = 1e-6;
+	double left[GNP_SUPPORT_SINGLES];
+	gnp_residuals(support->rows, support->y, nodes, STRIDE, fit->mean, left);
+	double own = fabs(left[0]);
+	for (size_t i = 0; i < nodes; i++)
+		left[i] = fabs(left[i]);
+	return (float)asinh(own / (NORMAL * gnp_median(left, nodes) + LEAST));
+}
+
 static void describe(const struct gnp_support_cloud *cloud, const struct gnp_ladder *ladder, struct gnp_support *out)
 {
 	static const size_t nodes[GNP_SUPPORT_FITS] = {16, SINGLES, 80, GNP_SUPPORT_NODES};
 	struct gnp_first_fit fits[GNP_SUPPORT_FITS];
 	struct gnp_first_sums sums = {.count = 0};
-	float *summary = out->summary;
+	float *summary = out->summary, off[GNP_SUPPORT_FITS];
 	for (int f = 0; f < GNP_SUPPORT_FITS; f++) {
 		size_t from = f ? nodes[f - 1] : 0, to = nodes[f] < out->nodes ? nodes[f] : out->nodes;
 		if (to > from)
@@ -255,11 +268,14 @@ static void describe(const struct gnp_support_cloud *cloud, const struct gnp_lad
 		gnp_first_fit_solve(&sums, sqrt(sums.count / (double)out->points), &fits[f]);
 		gnp_first_fit_summarise(&fits[f], summary);
 		summary += 1 + GNP_TAYLOR_DEGREE;
+		size_t singles = gnp_support_singles(out);
+		off[f] = centre_off(out, &fits[f], nodes[f] < singles ? nodes[f] : singles);
 	}
 	memcpy(summary, ladder->looks, sizeof ladder->looks);
 	summary[GNP_LADDER_LOOKS] = (float)log(gnp_ladder_points[out->step]);
 	summary[GNP_LADDER_LOOKS + 1] = (float)log((double)out->points);
 	summary[GNP_LADDER_LOOKS + 2] = cloud->given;
+	memcpy(summary + GNP_LADDER_LOOKS + 3, off, sizeof off);
 	fill_features(&fits[0], &fits[1], out);
 }
 

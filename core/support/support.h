@@ -13,8 +13,9 @@
  * the height over that of the nearest 16, the mean normal in the frame (3), asinh of the residual of the nearest 16's
  * fit, half the logarithm of the distance. Summary: of the first fits of the nearest 16, 48, 80 and all nodes the
  * logarithms of misfit and of coefficients by order (as projection.h), the ladder's looks, logarithms of the step's
- * points and of the support's, and whether normals were given. All without units: scaling, moving or turning a cloud
- * changes nothing. */
+ * points and of the support's, whether normals were given, and of each first fit asinh of the centre's residual over
+ * the deviation of its nearest nodes' (their median's, so that an outlier at the centre does not hide itself). All
+ * without units: scaling, moving or turning a cloud changes nothing. */
 #ifndef GNP_CORE_SUPPORT_H
 #define GNP_CORE_SUPPORT_H
 
@@ -32,7 +33,7 @@ enum {
 	GNP_SUPPORT_SINGLES = 48,
 	GNP_SUPPORT_FEATURES = 10,
 	GNP_SUPPORT_FITS = 4,
-	GNP_SUPPORT_SUMMARY = GNP_SUPPORT_FITS * (1 + GNP_TAYLOR_DEGREE) + GNP_LADDER_LOOKS + 3
+	GNP_SUPPORT_SUMMARY = GNP_SUPPORT_FITS * (1 + GNP_TAYLOR_DEGREE) + GNP_LADDER_LOOKS + 3 + GNP_SUPPORT_FITS
 };
 
 /* A cloud in curve order, borrowed. */

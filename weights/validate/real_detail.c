@@ -5,7 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/vector.h"
-#include "core/estimate/estimate.h"
+#include "weights/validate/judged.h"
 
 /* Sums over far points. */
 struct sums {
@@ -92,7 +92,7 @@ gnp_status gnp_real_detail_judge(const struct gnp_real_method *method, const str
 	                     GNP_QUANTITY_BIT(GNP_GAUSSIAN_CURVATURE) | GNP_QUANTITY_BIT(GNP_NORMALS_STDERR) |
 	                     GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE_STDERR);
 	options.if_offered = GNP_QUANTITY_BIT(GNP_CREASE);
-	gnp_status status = gnp_estimate_at(&points, &options, centres, count, pool, NULL, &estimate, error);
+	gnp_status status = gnp_judged_at(&points, &options, centres, count, pool, &estimate, error);
 	if (status == GNP_OK) {
 		*out = score(cloud, centres, count, &estimate);
 		gnp_estimate_clear(&estimate);

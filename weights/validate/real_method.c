@@ -6,9 +6,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/estimate/estimate.h"
 #include "core/linear/pca.h"
 #include "core/search/neighbors.h"
+#include "weights/validate/judged.h"
 #include "weights/validate/method.h"
 
 static const unsigned neighbors_of_pca[GNP_REAL_VARIANTS] = {10, 18, 30, 50, 112};
@@ -88,7 +88,7 @@ static gnp_status judge_estimator(const struct gnp_real_method *method, const st
 	options.quantities = GNP_QUANTITY_BIT(GNP_NORMALS) | GNP_QUANTITY_BIT(GNP_MEAN_CURVATURE);
 	double begun = gnp_clock();
 	gnp_status status =
-		gnp_estimate_at(&points, &options, cloud->centres, cloud->centre_count, pool, NULL, &estimate, error);
+		gnp_judged_at(&points, &options, cloud->centres, cloud->centre_count, pool, &estimate, error);
 	if (status != GNP_OK)
 		return status;
 	*seconds += gnp_clock() - begun;

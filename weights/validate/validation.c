@@ -1,6 +1,6 @@
 #include "weights/validate/validation.h"
 
-#include "core/estimate/estimate.h"
+#include "weights/validate/judged.h"
 
 /* A step for each shape drawn and one for each time it is judged. */
 static size_t step_count(const struct gnp_table *table)
@@ -29,7 +29,8 @@ static gnp_status judge(const struct gnp_table *table, const struct gnp_subject 
 	options.k = gnp_table_k(table, row);
 	options.quantities = gnp_score_quantities();
 	double start = gnp_clock();
-	gnp_status status = gnp_estimate_at(&cloud, &options, subject->centres, subject->centre_count, pool, NULL, &estimate, error);
+	gnp_status status =
+		gnp_judged_at(&cloud, &options, subject->centres, subject->centre_count, pool, &estimate, error);
 	if (status != GNP_OK)
 		return status;
 	*seconds += gnp_clock() - start;

@@ -7,7 +7,7 @@
 
 enum { SIZE = GNP_TAYLOR_SIZE, SCALES = 3 };
 
-static const double CHORD[SCALES] = {1e-4, 4e-3, 6e-2}, CHORD_FACTOR[SCALES] = {0.08, 0.3, 0.4}, CHORD_SQUARED = 3;
+static const double CHORD[SCALES] = {1e-4, 4e-3, 6e-2}, CHORD_FACTOR[SCALES] = {0.08, 0.3, 0.4}, CHORD_SQUARED = 5;
 static const double FINE = 0.1, FINE_FLOOR = 1e-8, COARSE = 0.15, COARSE_FLOOR = 0.02; /* of the Hessian */
 static const double LEAST_SIZE = 0.1;                                                  /* of a Hessian, in units of R */
 static const double CREASE = 0.2, OUTLIER = 0.3, NODES = 0.5, NEAR = 0.5, ERRORS = 0.05;

@@ -50,7 +50,7 @@ static uint32_t draw_of(const struct gnp_any_cloud *cloud, wanted_fn wanted, str
 
 static uint32_t draw_rare(const struct gnp_any_cloud *cloud, struct gnp_random *random)
 {
-	static const double OUTLIERS = 0.15, CREASES = 0.3;
+	static const double OUTLIERS = 0.15, CREASES = 0.2;
 	if (gnp_random_uniform(random) < OUTLIERS)
 		return draw_of(cloud, is_displaced, random);
 	return gnp_random_uniform(random) < CREASES ? draw_of(cloud, is_near_crease, random) : draw_good(cloud, random);

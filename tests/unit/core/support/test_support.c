@@ -1,4 +1,5 @@
 /* Supports against a plain rebuild of nodes, features and summary, and what must not change them. */
+#include "core/base/select.h"
 #include "core/fit/taylor.h"
 #include "core/support/support.h"
 #include "tests/unit/core/support/small_cloud.h"
@@ -222,6 +223,15 @@ static double left_over(const long double *coefficients, size_t n)
 	return r;
 }
 
+static double centre_off(const long double *coefficients, size_t nodes)
+{
+	double size[GNP_SUPPORT_SINGLES];
+	size_t count = nodes < gnp_support_singles(&support) ? nodes : gnp_support_singles(&support);
+	for (size_t n = 0; n < count; n++)
+		size[n] = fabs(left_over(coefficients, n));
+	return asinh(fabs(left_over(coefficients, 0)) / (1.4826 * gnp_median(size, count) + 1e-6));
+}
+
 static void check_description(bool given)
 {
 	static const size_t nodes[GNP_SUPPORT_FITS] = {16, 48, 80, 144};
@@ -237,7 +247,9 @@ static void check_description(bool given)
 	CHECK_NEAR(rest[GNP_LADDER_LOOKS], log(gnp_ladder_points[support.step]), 1e-6);
 	CHECK_NEAR(rest[GNP_LADDER_LOOKS + 1], log((double)support.points), 1e-6);
 	CHECK(rest[GNP_LADDER_LOOKS + 2] == (float)given &&
-	      rest + GNP_LADDER_LOOKS + 3 == support.summary + GNP_SUPPORT_SUMMARY);
+	      rest + GNP_LADDER_LOOKS + 3 + GNP_SUPPORT_FITS == support.summary + GNP_SUPPORT_SUMMARY);
+	for (size_t f = 0; f < GNP_SUPPORT_FITS; f++)
+		CHECK_NEAR(rest[GNP_LADDER_LOOKS + 3 + f], centre_off(fit[f], nodes[f]), 2e-4);
 	for (size_t n = 0; n < 16; n++)
 		height += support.y[n] * support.y[n];
 	for (size_t n = 0; n < support.nodes; n++) {

@@ -154,7 +154,7 @@ static void rare_centres_are_near_creases_or_outliers(void)
 	CHECK(outliers[0] == 0);
 	CHECK_NEAR((double)outliers[1] / COUNT, 0.15, 0.03);
 	CHECK(near[0] > 0 && near[0] < 0.9 * COUNT); /* else this cloud shows nothing */
-	CHECK_NEAR((double)near[1] / COUNT, 0.85 * (0.3 + 0.7 * (double)near[0] / COUNT), 0.04);
+	CHECK_NEAR((double)near[1] / COUNT, 0.85 * (0.2 + 0.8 * (double)near[0] / COUNT), 0.04);
 	gnp_any_cloud_clear(&cloud);
 }
 
