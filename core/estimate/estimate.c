@@ -193,7 +193,7 @@ static bool holds_scatter_alone(const struct gnp_estimate_work *work)
 struct kept {
 	size_t count;
 	uint32_t *row; /* (count) the caller's */
-	double *points, *normals;
+	double *points, *normals; /* normals: NULL where none were given */
 };
 
 static void kept_clear(struct kept *kept)
@@ -207,33 +207,21 @@ static gnp_status keep(const struct gnp_estimate_work *work, struct kept *kept, 
 {
 	const struct gnp_prepared *prepared = work->prepared;
 	size_t most = prepared->count - work->outliers;
+	bool given = prepared->components == 0;
 	*kept = (struct kept){.row = gnp_array_new(most, sizeof *kept->row),
 	                      .points = gnp_array_new(most, 3 * sizeof *kept->points),
-	                      .normals = gnp_array_new(most, 3 * sizeof *kept->normals)};
-	if (!kept->row || !kept->points || !kept->normals)
+	                      .normals = given ? gnp_array_new(most, 3 * sizeof *kept->normals) : NULL};
+	if (!kept->row || !kept->points || (given && !kept->normals))
 		return gnp_no_memory("estimate", most, "points without outliers", error);
 	for (size_t i = 0; i < prepared->count; i++) {
 		if (gnp_votes_outlier(work->weighted->votes, i))
 			continue;
 		memcpy(kept->points + 3 * kept->count, prepared->points + 3 * i, 3 * sizeof *kept->points);
-		memcpy(kept->normals + 3 * kept->count, prepared->normals + 3 * i, 3 * sizeof *kept->normals);
+		if (given)
+			memcpy(kept->normals + 3 * kept->count, prepared->normals + 3 * i, 3 * sizeof *kept->normals);
 		kept->row[kept->count++] = prepared->order[i];
 	}
 	return GNP_OK;
-}
-
-/* Rows of the kept points as they are without the others. */
-static void take_kept(const struct kept *kept, const struct gnp_estimate *of_kept, struct gnp_estimate *estimate)
-{
-	for (int q = 0; q < GNP_QUANTITY_COUNT; q++) {
-		size_t width = gnp_estimate_width((enum gnp_quantity)q, estimate->basis_size);
-		for (size_t k = 0; estimate->values[q] && k < kept->count; k++)
-			memcpy(estimate->values[q] + kept->row[k] * width, of_kept->values[q] + k * width, width * sizeof(double));
-	}
-	estimate->components = of_kept->components;
-	estimate->degenerate = of_kept->degenerate;
-	estimate->patches += of_kept->patches;
-	estimate->outliers += of_kept->outliers;
 }
 
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
@@ -249,26 +237,27 @@ static bool is_worth_again(const struct gnp_estimate_work *work, const struct ch
 	       work->prepared->count - work->outliers > 4 * (size_t)options->k;
 }
 
+/* Rows of the kept points are written over. */
 static gnp_status estimate_again(const struct gnp_estimate_work *work, const struct gnp_estimate_options *options,
                                  struct gnp_pool *pool, struct gnp_task *task, struct gnp_estimate *estimate,
                                  struct gnp_error *error)
 {
 	struct kept kept;
 	struct gnp_prepared prepared = {.count = 0};
-	struct gnp_estimate of_kept = {0};
+	size_t patches = estimate->patches, outliers = estimate->outliers;
 	gnp_status status = keep(work, &kept, error);
 	if (status == GNP_OK) {
-		bool given = work->prepared->components == 0;
-		const struct gnp_cloud cloud = {kept.count, kept.points, given ? kept.normals : NULL};
+		const struct gnp_cloud cloud = {kept.count, kept.points, kept.normals};
 		status = gnp_prepare(&cloud, pool, task, &prepared, error);
 	}
-	if (status == GNP_OK)
-		status = estimate_choice(&prepared, options, &(struct choice){.again = true}, pool, task, &of_kept, error);
-	if (status == GNP_OK)
-		take_kept(&kept, &of_kept, estimate);
-	gnp_estimate_clear(&of_kept);
-	gnp_prepared_clear(&prepared);
+	for (size_t i = 0; i < prepared.count; i++)
+		prepared.order[i] = kept.row[prepared.order[i]];
 	kept_clear(&kept);
+	if (status == GNP_OK)
+		status = estimate_choice(&prepared, options, &(struct choice){.again = true}, pool, task, estimate, error);
+	estimate->patches += patches;
+	estimate->outliers += outliers;
+	gnp_prepared_clear(&prepared);
 	return status;
 }
 
@@ -293,9 +282,10 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	gnp_task_stage(task, GNP_STAGE_NEIGHBORS, prepared->count);
 	if (status == GNP_OK)
 		status = make_cover(&work, options, choice, pool, task, error);
-	estimate->count = choice->at ? choice->count : prepared->count;
+	if (!choice->again)
+		estimate->count = choice->at ? choice->count : prepared->count;
 	estimate->basis_size = gnp_basis_size(work.fit.basis);
-	if (status == GNP_OK)
+	if (status == GNP_OK && !choice->again)
 		status = allocate_values(estimate, work.quantities, error);
 	if (status == GNP_OK && !choice->at && !options->unjudged && task)
 		status = allocate_probes(&work, error);
@@ -405,9 +395,9 @@ void gnp_estimate_clear(struct gnp_estimate *estimate)
 
 /* An estimator that looks at the whole cloud first keeps normals of sheets, outliers and choices of supports; while it
  * looks, judgements and verdicts of representatives are there too: bytes a point, as measured. A weighted model keeps
- * the cloud's roughness and votes alone, and has no cover; without outliers all is there twice. What does not grow with
- * the cloud is FIXED. */
-enum { SURVEYING = 176, SURVEYED = 48, VOTED = 6, KEPT = 52, FIXED = 6 << 20 };
+ * the cloud's roughness and votes alone, and has no cover; what is left without outliers is kept while it
+ * is prepared as a cloud of its own. What does not grow with the cloud is FIXED. */
+enum { SURVEYING = 176, SURVEYED = 48, VOTED = 6, KEPT = 28, KEPT_GIVEN = 52, FIXED = 23 << 18 };
 
 static size_t larger(size_t a, size_t b)
 {
@@ -433,7 +423,7 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 	size_t covered = sizeof *cover->centre + sizeof *cover->start + sizeof *cover->member + (surveys ? SURVEYED : 0);
 	size_t fitting = width * sizeof(double) + (weighted ? VOTED : covered);
 	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
-	if (weighted) /* the cloud without outliers, and all that again */
-		most += count * KEPT + larger(gnp_prepare_memory(count, given), most);
+	if (weighted) /* beside it what is left without outliers is prepared, and fitted */
+		most += larger(count * (given ? KEPT_GIVEN : KEPT) + gnp_prepare_memory(count, given), ready + count * VOTED);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }
