@@ -11,7 +11,7 @@
 
 enum { NEAREST = 32, CLOSEST = 3, LEAST = 3, CAST = 1 << 16 };
 
-static const double CUT = 2.7, SMALLEST = 1e-12, SMALLEST_LEFT = 0.1; /* deviations; of R; of variance */
+static const double CUT = 2.8, SMALLEST = 1e-12, SMALLEST_LEFT = 0.1; /* deviations; of R; of variance */
 
 /* The upper half of a number is how many voted, the lower how many against. */
 struct gnp_votes {
