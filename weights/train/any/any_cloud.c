@@ -10,7 +10,7 @@
 struct gnp_any_recipe gnp_any_recipe_defaults(void)
 {
 	return (struct gnp_any_recipe){
-		.group = GNP_ANY_MIXED, .least = 5000, .most = 100000, .noise = -1, .normal_noise = 0.4, .outliers = -1,
+		.group = GNP_ANY_MIXED, .least = 3000, .most = 30000, .noise = -1, .normal_noise = 0.4, .outliers = -1,
 		.given = 0.2};
 }
 
