@@ -30,3 +30,9 @@ double gnp_median(double *values, size_t count)
 {
 	return count ? gnp_select(values, count, (count - 1) / 2) : 0;
 }
+
+double gnp_median_deviation(double *sizes, size_t count)
+{
+	static const double DEVIATION = 1.4826; /* of the median of |x|, x normal */
+	return DEVIATION * gnp_median(sizes, count);
+}

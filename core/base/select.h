@@ -10,4 +10,8 @@ double gnp_select(double *values, size_t count, size_t k);
 /* The median (the lower one of an even count), reordering the values; 0 for none. */
 double gnp_median(double *values, size_t count);
 
+/* The standard deviation of the normal distribution whose sizes have this median: robust against half of them. 0 for
+ * none; reorders the sizes, which are absolute values. */
+double gnp_median_deviation(double *sizes, size_t count);
+
 #endif

@@ -9,7 +9,7 @@
 #include "core/estimate/belief_answer.h"
 #include "core/estimate/estimate_patches.h"
 #include "core/estimate/estimate_supports.h"
-#include "core/estimate/weighted_fit.h"
+#include "core/estimators/weighted_fit.h"
 #include "core/model/model.h"
 #include "core/support/votes.h"
 
@@ -265,7 +265,7 @@ static gnp_status estimate_again(const struct gnp_estimate_work *work, const str
 
 static gnp_status estimate_choice(const struct gnp_prepared *prepared, const struct gnp_estimate_options *options,
                                   const struct choice *choice, struct gnp_pool *pool, struct gnp_task *task,
-                                    struct gnp_estimate *estimate, struct gnp_error *error)
+                                  struct gnp_estimate *estimate, struct gnp_error *error)
 {
 	const struct gnp_estimator *estimator = gnp_estimate_estimator(options);
 	struct gnp_estimate_work work = {.prepared = prepared, .chosen = choice->at, .estimator = estimator,

@@ -47,7 +47,8 @@ gnp_status gnp_estimate_at(const struct gnp_cloud *cloud, const struct gnp_estim
                            struct gnp_estimate *out, struct gnp_error *error);
 void gnp_estimate_clear(struct gnp_estimate *estimate);
 
-/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs.
+/* Peak bytes gnp_estimate_run may allocate for count points, for admission control: 150 to 300 a point and its outputs,
+ * with a weighted model up to 470, since a cloud with many outliers is made ready twice.
  * given: the cloud comes with normals. The scratch of workers, which their pool keeps, is not among them. */
 size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_options *options);
 

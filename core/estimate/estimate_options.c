@@ -1,7 +1,7 @@
 #include "core/estimate/estimate_options.h"
 
 #include "core/base/check.h"
-#include "core/estimate/estimators.h"
+#include "core/estimators/estimators.h"
 #include "core/model/model.h"
 
 enum { K_MIN = 12, K_MAX = 500 };

@@ -6,7 +6,7 @@
 #include <stdint.h>
 
 #include "core/base/status.h"
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 #include "core/fit/quantity.h"
 
 enum gnp_cover_kind { GNP_COVER_COVER, GNP_COVER_ALL };

@@ -8,7 +8,7 @@
 
 #include "core/cloud/cover.h"
 #include "core/cloud/prepare.h"
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 
 struct gnp_belief_probe;
 struct gnp_estimate;

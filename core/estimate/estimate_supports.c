@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "core/estimate/weighted_fit.h"
+#include "core/estimators/weighted_fit.h"
 
 enum { STRIDE_FIRST = 24,
 	   ROUNDS = 6,

@@ -9,7 +9,7 @@
 #include "core/base/vector.h"
 #include "core/cells/area.h"
 #include "core/cloud/isolated.h"
-#include "core/estimate/outliers.h"
+#include "core/estimators/outliers.h"
 #include "core/model/model.h"
 
 struct gnp_filter_options gnp_filter_defaults(void)

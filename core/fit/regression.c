@@ -109,6 +109,23 @@ void gnp_regression_mean(struct gnp_posterior *posterior)
 	gnp_cholesky_backward(posterior->factor, GNP_TAYLOR_SIZE, GNP_TAYLOR_STRIDE, posterior->mean, posterior->mean);
 }
 
+void gnp_regression_round(struct gnp_prior prior, struct gnp_posterior *posterior)
+{
+	enum { SECOND = 3, FOURTH = 10, FOURTHS = 5 }; /* where coefficients of these orders begin */
+	double ridge[GNP_TAYLOR_SIZE], step[GNP_TAYLOR_STRIDE] = {0};
+	const double *c = posterior->mean + SECOND;
+	const double squared[FOURTHS] = {c[0] * c[0], 2 * c[0] * c[1], c[1] * c[1] + 2 * c[0] * c[2], 2 * c[1] * c[2],
+	                                 c[2] * c[2]};
+	double bend = 4 * c[0] * c[0] + 2 * c[1] * c[1] + 4 * c[2] * c[2], mean = (c[0] + c[2]) / 2 / (1 + bend * bend);
+	ridges(prior, ridge);
+	for (size_t i = 0; i < FOURTHS; i++)
+		step[FOURTH + i] = ridge[FOURTH + i] * mean * squared[i];
+	gnp_cholesky_forward(posterior->factor, GNP_TAYLOR_SIZE, GNP_TAYLOR_STRIDE, step, step);
+	gnp_cholesky_backward(posterior->factor, GNP_TAYLOR_SIZE, GNP_TAYLOR_STRIDE, step, step);
+	for (size_t i = 0; i < GNP_TAYLOR_SIZE; i++)
+		posterior->mean[i] += step[i];
+}
+
 void gnp_regression_covariance(const double *factor, const double *rows, double covariance[36])
 {
 	double z[6][GNP_TAYLOR_STRIDE];

@@ -53,6 +53,12 @@ struct gnp_posterior {
 bool gnp_regression_condition(const struct gnp_regression *regression, struct gnp_prior prior, struct gnp_posterior *posterior);
 void gnp_regression_mean(struct gnp_posterior *posterior);
 
+/* Moves the prior's mean, and the posterior's with it, from the paraboloid to what is as round: where curvatures do not
+ * change, a height of second order q = (k1 u^2 + k2 v^2) / 2 has the fourth order H q^2 / 2 (a sphere's), and a prior
+ * about 0 would take that out of q, the same way at every point. By the mean's own second order; fades where the
+ * surface turns over within the radius. posterior: of this prior, with its mean. */
+void gnp_regression_round(struct gnp_prior prior, struct gnp_posterior *posterior);
+
 /* Covariance of jets / variance: for rows (6, GNP_TAYLOR_STRIDE) of gnp_taylor_jets, covariance (6, 6) of their values. */
 void gnp_regression_covariance(const double *factor, const double *rows, double covariance[36]);
 

@@ -246,13 +246,13 @@ static void fill_features(const struct gnp_first_fit *narrow, const struct gnp_f
 /* Of a first fit, over the deviation of the residuals of `nodes` single points, the centre's among them. */
 static float centre_off(const struct gnp_support *support, const struct gnp_first_fit *fit, size_t nodes)
 {
-	static const double NORMAL = 1.4826, LEAST = 1e-6;
+	static const double LEAST = 1e-6;
 	double left[GNP_SUPPORT_SINGLES];
 	gnp_residuals(support->rows, support->y, nodes, STRIDE, fit->mean, left);
 	double own = fabs(left[0]);
 	for (size_t i = 0; i < nodes; i++)
 		left[i] = fabs(left[i]);
-	return (float)asinh(own / (NORMAL * gnp_median(left, nodes) + LEAST));
+	return (float)asinh(own / (gnp_median_deviation(left, nodes) + LEAST));
 }
 
 static void describe(const struct gnp_support_cloud *cloud, const struct gnp_ladder *ladder, struct gnp_support *out)

@@ -99,9 +99,7 @@ static double reach_of(const struct gnp_weighted_near *near, size_t nodes)
 	const struct gnp_support *support = near->support;
 	if (near->outputs[GNP_WEIGHTED_CREASE] > -1 || near->outputs[GNP_WEIGHTED_OUTLIER] > -1 || !near->fit->solved)
 		return 0;
-	struct gnp_weighted_variance noise = gnp_weighted_covariance(support, near->fit);
-	bool sure = gnp_weighted_variance(near->outputs, noise).slope < SURE * SURE;
-	double reach = (sure ? FAR : NEAR) * near->scale / support->radius, farthest = 0;
+	double reach = (near->error.slope < SURE * SURE ? FAR : NEAR) * near->scale / support->radius, farthest = 0;
 	for (size_t n = 1; n < nodes; n++) {
 		farthest = fmax(farthest, support->distance[n]);
 		if (!is_on_surface(near, n))

@@ -16,6 +16,7 @@ struct gnp_weighted_near {
 	const double *residual; /* (nodes) in units of R */
 	double noise;           /* root mean square of residuals, in units of R */
 	double scale;           /* of the piece [length] */
+	struct gnp_weighted_variance error; /* expected at the centre */
 };
 
 /* The nearest points that are on the surface, as a patch whose arrays are in scratch; u, v in units of the scale,

@@ -107,11 +107,21 @@ void gnp_weighted_solve_backward(const struct gnp_support *support, const float 
 		fabs((double)outputs[GNP_WEIGHTED_REACH]) > REACH_MAX ? 0 : (float)(REACH_SLOPE * dreach);
 }
 
-struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support,
-                                                     const struct gnp_weighted_fit *fit)
+/* By how much the penalties pull a coefficient towards 0, going by the fit's own: column is that of the inverse. */
+static double pull_on(const struct gnp_weighted_fit *fit, const double *column)
+{
+	double factorial[SIZE], sum = 0;
+	unsigned order[SIZE];
+	gnp_taylor_indices(factorial, order);
+	for (size_t i = 0; i < SIZE; i++)
+		sum += column[i] * fit->ridge[order[i]] * factorial[i] * fit->coefficients[i];
+	return sum;
+}
+
+struct gnp_weighted_variance gnp_weighted_error(const struct gnp_support *support, const struct gnp_weighted_fit *fit)
 {
 	enum { FIRST = 1, LAST = 5 }; /* coefficients of u, v, u^2, u v, v^2 */
-	double column[LAST + 1][STRIDE], sum[LAST + 1] = {0}, along[GNP_SUPPORT_NODES];
+	double column[LAST + 1][STRIDE], noise[LAST + 1] = {0}, bias[LAST + 1], along[GNP_SUPPORT_NODES];
 	if (!fit->solved)
 		return (struct gnp_weighted_variance){1, 1};
 	memset(column, 0, sizeof column);
@@ -123,10 +133,13 @@ struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *s
 	for (int j = FIRST; j <= LAST; j++) {
 		evaluate(support, column[j], along);
 		for (size_t i = 0; i < support->nodes; i++)
-			sum[j] += along[i] * along[i] * fit->weight[i] * fit->weight[i] / support->weight[i];
+			noise[j] += along[i] * along[i] * fit->weight[i] * fit->weight[i] / support->weight[i];
+		bias[j] = pull_on(fit, column[j]);
+		bias[j] *= bias[j];
 	}
-	return (struct gnp_weighted_variance){fit->misfit * (sum[1] + sum[2]) / 2,
-	                                      fit->misfit * (4 * sum[3] + 2 * sum[4] + 4 * sum[5]) / 3};
+	return (struct gnp_weighted_variance){
+		fit->misfit * (noise[1] + noise[2]) / 2 + bias[1] + bias[2],
+		fit->misfit * (4 * noise[3] + 2 * noise[4] + 4 * noise[5]) / 3 + 4 * bias[3] + 2 * bias[4] + 4 * bias[5]};
 }
 
 static double with_bias(double variance, float scale, float bias)
@@ -134,9 +147,9 @@ static double with_bias(double variance, float scale, float bias)
 	return variance * exp(4 * limited((double)scale, 2)) + exp(4 * fmax(-8, fmin(2, (double)bias)));
 }
 
-struct gnp_weighted_variance gnp_weighted_variance(const float *outputs, struct gnp_weighted_variance noise)
+struct gnp_weighted_variance gnp_weighted_variance(const float *outputs, struct gnp_weighted_variance error)
 {
 	return (struct gnp_weighted_variance){
-		with_bias(noise.slope, outputs[GNP_WEIGHTED_SLOPE_SCALE], outputs[GNP_WEIGHTED_SLOPE_BIAS]),
-		with_bias(noise.second, outputs[GNP_WEIGHTED_SECOND_SCALE], outputs[GNP_WEIGHTED_SECOND_BIAS])};
+		with_bias(error.slope, outputs[GNP_WEIGHTED_SLOPE_SCALE], outputs[GNP_WEIGHTED_SLOPE_BIAS]),
+		with_bias(error.second, outputs[GNP_WEIGHTED_SECOND_SCALE], outputs[GNP_WEIGHTED_SECOND_BIAS])};
 }

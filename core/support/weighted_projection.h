@@ -7,8 +7,9 @@
  * is differentiated through the solution. Compare weights learned for local fits: Ben-Shabat & Gould 2020 (DeepFit),
  * Zhu et al. 2021 (AdaFit).
  *
- * Errors of the fit are those of its covariance under noise as large as the weighted misfit, scaled, and a bias, both
- * as the network says: var = exp(4 o) V + exp(4 o'), for slopes and for second derivatives. */
+ * Errors of the fit are those of its covariance under noise as large as the weighted misfit, and of the pull of its
+ * penalties towards 0, B^2 with B = A^-1 L c (A of the normal equations with the penalties L, c the fit's own); scaled,
+ * and with a bias, both as the network says: var = exp(4 o) (V + B^2) + exp(4 o'), for slopes and second derivatives. */
 #ifndef GNP_CORE_WEIGHTED_PROJECTION_H
 #define GNP_CORE_WEIGHTED_PROJECTION_H
 
@@ -57,11 +58,11 @@ struct gnp_weighted_variance {
 	double slope, second;
 };
 
-/* Under noise alone, independent from point to point. */
-struct gnp_weighted_variance gnp_weighted_covariance(const struct gnp_support *support,
-                                                     const struct gnp_weighted_fit *fit);
+/* V + B^2: under noise that is independent from point to point, and by the penalties. All of B^2 counts in every
+ * direction, since it lies in one that is not known. */
+struct gnp_weighted_variance gnp_weighted_error(const struct gnp_support *support, const struct gnp_weighted_fit *fit);
 
 /* With what the network says. */
-struct gnp_weighted_variance gnp_weighted_variance(const float *outputs, struct gnp_weighted_variance noise);
+struct gnp_weighted_variance gnp_weighted_variance(const float *outputs, struct gnp_weighted_variance error);
 
 #endif

@@ -10,7 +10,6 @@ enum { ROUNDS = 4, NEAREST = 6 };
 
 static const double PLAINLY = 8, LITTLE = 0.02; /* deviations; spacings */
 static const double CUT = 4.685, LEAST = 1e-6;  /* deviations; what is left of a share */
-static const double NORMAL = 1.4826;            /* of a normal distribution's median of sizes to its deviation */
 
 double gnp_weighted_deviation(const struct gnp_support *support, const double *residual)
 {
@@ -18,7 +17,7 @@ double gnp_weighted_deviation(const struct gnp_support *support, const double *r
 	size_t count = gnp_support_singles(support);
 	for (size_t i = 0; i < count; i++)
 		size[i] = fabs(residual[i]);
-	return NORMAL * gnp_median(size, count);
+	return gnp_median_deviation(size, count);
 }
 
 static double farthest(const struct gnp_support *support, const double *residual)

@@ -98,6 +98,7 @@ def kinds():
                                            {"Transfer-Encoding": "chunked"}),
         "gnp": v1("estimate?weights=fit_clean_30k", harness.ply(cloud)),
         "adaptive": v1("estimate?estimator=adaptive", harness.ply(cloud)),
+        "patch": v1("patch?at=7", harness.ply(cloud)),
         "filter": v1("filter?estimator=gmls&project=true", harness.ply(cloud)),
         "flow": v1("flow?estimator=gmls&steps=2", harness.ply(cloud)),
         "poisson": v2("poisson", [binary, source], {"estimator": "gmls"}),

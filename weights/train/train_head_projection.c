@@ -3,8 +3,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "core/estimate/projection_fit.h"
-#include "core/estimate/sheets.h"
+#include "core/estimators/projection_fit.h"
+#include "core/estimators/sheets.h"
 #include "weights/train/train_head_parts.h"
 
 enum { SIZE = GNP_TAYLOR_SIZE };

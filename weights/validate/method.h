@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 #include "core/model/models.h"
 #include "weights/protocol/protocol.h"
 

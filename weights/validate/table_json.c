@@ -2,7 +2,7 @@
 #include <inttypes.h>
 #include <math.h>
 
-#include "core/estimate/estimators.h"
+#include "core/estimators/estimators.h"
 #include "weights/validate/table.h"
 
 static void write_number(double value, FILE *out)

@@ -116,16 +116,16 @@ static double judge_errors(const struct gnp_support *support, const struct gnp_w
                            const struct gnp_any_truth *truth, const struct gnp_any_error *made, double share,
                            float *doutputs)
 {
-	const struct gnp_weighted_variance noise = gnp_weighted_covariance(support, fit);
+	const struct gnp_weighted_variance error = gnp_weighted_error(support, fit);
 	const struct {
-		double squared, noise;
+		double squared, expected;
 		int dimensions, scale, bias;
-	} parts[2] = {{made->angle * made->angle, noise.slope, 2, GNP_WEIGHTED_SLOPE_SCALE, GNP_WEIGHTED_SLOPE_BIAS},
-	              {made->hessian, noise.second, 3, GNP_WEIGHTED_SECOND_SCALE, GNP_WEIGHTED_SECOND_BIAS}};
+	} parts[2] = {{made->angle * made->angle, error.slope, 2, GNP_WEIGHTED_SLOPE_SCALE, GNP_WEIGHTED_SLOPE_BIAS},
+	              {made->hessian, error.second, 3, GNP_WEIGHTED_SECOND_SCALE, GNP_WEIGHTED_SECOND_BIAS}};
 	double sum = 0;
 	for (int i = 0; i < (truth->curved ? 2 : 1); i++) {
 		double dscale, dbias;
-		double loss = gnp_any_loss_errors(parts[i].squared, parts[i].dimensions, parts[i].noise,
+		double loss = gnp_any_loss_errors(parts[i].squared, parts[i].dimensions, parts[i].expected,
 		                                  outputs[parts[i].scale], outputs[parts[i].bias], &dscale, &dbias);
 		sum += fmin(loss, WORST);
 		doutputs[parts[i].scale] = step_of(share, dscale);

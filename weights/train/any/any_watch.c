@@ -117,7 +117,7 @@ static void judge_support(const struct gnp_any_cloud *cloud, const struct gnp_su
 	double dcoefficients[GNP_TAYLOR_SIZE];
 	gnp_any_truth_find(cloud, support, &truth);
 	gnp_any_loss_surface(&truth, fit->coefficients, dcoefficients, &made);
-	double variance = gnp_weighted_variance(outputs, gnp_weighted_covariance(support, fit)).slope;
+	double variance = gnp_weighted_variance(outputs, gnp_weighted_error(support, fit)).slope;
 	outcome->count++;
 	outcome->square += made.angle * made.angle;
 	outcome->frame += pow(acos(fmin(1, truth.normal[2])), 2);

@@ -1,6 +1,6 @@
 /* The projection head: what it reproduces exactly, what it must not depend on, and its derivatives by differences. */
 #include "core/base/random.h"
-#include "core/estimate/projection_fit.h"
+#include "core/estimators/projection_fit.h"
 #include "core/fit/least_squares.h"
 #include "core/linear/linalg.h"
 #include "tests/unit/test.h"

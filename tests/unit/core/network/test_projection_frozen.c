@@ -2,7 +2,7 @@
  * file of weights/ and from three networks of a formula, and says how patches and parameters are made. When a file of
  * weights changes:
  * python3 tests/oracles/oracle_projection.py weights */
-#include "core/estimate/projection_fit.h"
+#include "core/estimators/projection_fit.h"
 #include "core/fit/legendre.h"
 #include "core/linear/linalg.h"
 #include "core/model/models.h"

@@ -63,7 +63,7 @@ static inline void flat_piece_make(double noise, struct flat_piece *piece)
 		piece->fit.factor[i * GNP_TAYLOR_STRIDE + i] = 0.1;
 	for (int o = 0; o < GNP_WEIGHTED_OUTPUTS; o++)
 		piece->outputs[o] = -5;
-	piece->near = (struct gnp_weighted_near){s, &piece->fit, piece->outputs, piece->residual, noise, 4};
+	piece->near = (struct gnp_weighted_near){s, &piece->fit, piece->outputs, piece->residual, noise, 4, {1e-8, 1e-8}};
 }
 
 #endif

@@ -20,7 +20,7 @@ static size_t served(double reach)
 static void a_sure_surface_serves_far_points(void)
 {
 	flat_piece_make(1e-6, &piece);
-	piece.outputs[GNP_WEIGHTED_SLOPE_BIAS] = -8;
+	piece.near.error.slope = 1e-8;
 	CHECK(served(2.12) == 13); /* half of the farthest, 3 sqrt 2: a grid's points within that */
 	piece.near.scale = 3;
 	CHECK(served(1.5) == 9); /* half of the scale */
@@ -29,7 +29,7 @@ static void a_sure_surface_serves_far_points(void)
 static void one_in_doubt_serves_only_the_nearest(void)
 {
 	flat_piece_make(1e-6, &piece);
-	piece.outputs[GNP_WEIGHTED_SLOPE_BIAS] = -1;
+	piece.near.error.slope = 1e-2;
 	CHECK(served(0.5) == 1);
 	piece.near.scale = 9;
 	CHECK(served(1.2) == 5);
@@ -38,7 +38,7 @@ static void one_in_doubt_serves_only_the_nearest(void)
 static void service_ends_half_way_to_what_is_off(void)
 {
 	flat_piece_make(1e-6, &piece);
-	piece.outputs[GNP_WEIGHTED_SLOPE_BIAS] = -8;
+	piece.near.error.slope = 1e-8;
 	piece.residual[9] = 5; /* at (2, 0) or so */
 	CHECK_NEAR(piece.support.distance[9], 2, 1e-12);
 	CHECK(served(1) == 5);
@@ -49,7 +49,7 @@ static void at_creases_and_outliers_it_serves_its_centre(void)
 	static const int outputs[2] = {GNP_WEIGHTED_CREASE, GNP_WEIGHTED_OUTLIER};
 	for (int i = 0; i < 2; i++) {
 		flat_piece_make(1e-6, &piece);
-		piece.outputs[GNP_WEIGHTED_SLOPE_BIAS] = -8;
+		piece.near.error.slope = 1e-8;
 		piece.outputs[outputs[i]] = 0;
 		CHECK(served(0) == 1);
 	}

@@ -215,7 +215,7 @@ static void extremes_are_solved(void)
 		CHECK(fit.solved);
 		for (size_t c = 0; c < SIZE; c++)
 			CHECK(isfinite(fit.coefficients[c]));
-		struct gnp_weighted_variance noise = gnp_weighted_covariance(&support, &fit);
+		struct gnp_weighted_variance noise = gnp_weighted_error(&support, &fit);
 		struct gnp_weighted_variance all = gnp_weighted_variance(outputs, noise);
 		CHECK(isfinite(noise.slope) && isfinite(noise.second) && noise.slope >= 0 && noise.second >= 0);
 		CHECK(all.slope > 0 && all.second > 0 && fit.misfit >= 0 && isfinite(fit.misfit));
@@ -237,7 +237,7 @@ static void what_determines_nothing_says_so(void)
 	CHECK(!fit.solved);
 	for (size_t c = 0; c < STRIDE; c++)
 		CHECK(fit.coefficients[c] == 0);
-	struct gnp_weighted_variance noise = gnp_weighted_covariance(&support, &fit);
+	struct gnp_weighted_variance noise = gnp_weighted_error(&support, &fit);
 	CHECK(noise.slope == 1 && noise.second == 1);
 	gnp_weighted_solve_backward(&support, outputs, &fit, dcoefficients, dshare, doutputs, dlogits);
 	for (int j = 0; j <= ORDERS; j++)
@@ -271,11 +271,36 @@ static void covariance_is_that_of_draws_of_noise(void)
 		second += (4 * c[3] * c[3] + 2 * c[4] * c[4] + 4 * c[5] * c[5]) / 3 / DRAWS;
 		misfit += fit.misfit / DRAWS;
 	}
-	struct gnp_weighted_variance noise = gnp_weighted_covariance(&support, &fit);
+	struct gnp_weighted_variance noise = gnp_weighted_error(&support, &fit);
 	ratio = sigma * sigma / fit.misfit;
 	CHECK_NEAR(noise.slope * ratio / slope, 1, 0.1);
 	CHECK_NEAR(noise.second * ratio / second, 1, 0.1);
 	CHECK_NEAR(misfit / (sigma * sigma), 1, 0.15); /* the fit takes some of the noise */
+}
+
+/* Heights of a polynomial without noise: what is off is what the penalties took, and that is what is said. */
+static void the_pull_of_penalties_is_part_of_the_error(void)
+{
+	float outputs[OUTPUTS] = {0}, logits[GNP_SUPPORT_NODES] = {0};
+	double truth[STRIDE] = {0.1, 0.2, -0.3, 0.5, 0.2, 0.4};
+	make_support();
+	for (size_t i = 0; i < support.nodes; i++) {
+		support.y[i] = 0;
+		for (size_t c = 0; c < SIZE; c++)
+			support.y[i] += truth[c] * support.rows[i * STRIDE + c];
+	}
+	for (int j = 0; j < ORDERS; j++)
+		outputs[j] = j == 0 ? -5 : j == 1 ? -1.2f : j == 2 ? -0.6f : 2;
+	gnp_weighted_solve(&support, outputs, logits, &fit);
+	double off[6], slope, second;
+	for (int c = 1; c < 6; c++)
+		off[c] = (fit.coefficients[c] - truth[c]) * (fit.coefficients[c] - truth[c]);
+	slope = off[1] + off[2];
+	second = 4 * off[3] + 2 * off[4] + 4 * off[5];
+	struct gnp_weighted_variance error = gnp_weighted_error(&support, &fit);
+	CHECK(sqrt(slope) > 1e-4 && sqrt(second) > 1e-3);
+	CHECK_NEAR(sqrt(error.slope / slope), 1, 0.2);
+	CHECK_NEAR(sqrt(error.second / second), 1, 0.2);
 }
 
 static void networks_scale_errors_and_add_to_them(void)
@@ -302,6 +327,7 @@ int main(int argc, char **argv)
 	                                    TEST(extremes_are_solved),
 	                                    TEST(what_determines_nothing_says_so),
 	                                    TEST(covariance_is_that_of_draws_of_noise),
+	                                    TEST(the_pull_of_penalties_is_part_of_the_error),
 	                                    TEST(networks_scale_errors_and_add_to_them)};
 	return RUN_TESTS(tests);
 }

@@ -90,8 +90,8 @@ static bool begin_counting(char **argv)
 
 /* ---- Clouds ---- */
 
-enum kind { EVEN, RANDOM, NOISY, KINDS };
-static const char *const kind_names[KINDS] = {"even", "random", "noisy"};
+enum kind { EVEN, RANDOM, NOISY, SPOILT, KINDS }; /* spoilt: one point in ten is an outlier */
+static const char *const kind_names[KINDS] = {"even", "random", "noisy", "spoilt"};
 
 /* Points of the unit sphere with their normals, if they are given. */
 static void add_cloud(struct gnp_request *request, enum kind kind, size_t count, bool normals)
@@ -111,6 +111,8 @@ static void add_cloud(struct gnp_request *request, enum kind kind, size_t count,
 		}
 		if (kind == NOISY)
 			noise = 0.003 * gnp_random_normal(&random);
+		if (kind == SPOILT && i % 10 == 0)
+			noise = 0.1 * gnp_random_normal(&random);
 		double r = sqrt(1 - z * z), p[] = {r * cos(phi), r * sin(phi), z};
 		for (size_t a = 0; a < 3; a++) {
 			set_value(points, 3 * i + a, p[a] * (1 + noise));
@@ -141,7 +143,7 @@ struct run {
 	unsigned kinds;       /* mask of the clouds it is run on */
 	size_t points_most;
 };
-enum { ALL = (1 << KINDS) - 1 };
+enum { ALL = 1 << EVEN | 1 << RANDOM | 1 << NOISY };
 
 static void print_row(const struct run *run, enum kind kind, size_t points, unsigned workers, size_t use,
                       size_t estimate)
@@ -230,7 +232,10 @@ static void estimates(void)
 		{"estimate", "estimator=gmls cover=all k=100 degree=4", NULL, 0, true, 1 << EVEN, 40000},
 		{"estimate", "estimator=adaptive", NULL, 0, false, ALL, 40000},
 		{"estimate", "estimator=adaptive quantities=all", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
-		{"estimate", "estimator=gnp", NULL, 0, false, 1 << NOISY, 40000},
+		{"estimate", "estimator=gnp", NULL, 0, false, 1 << NOISY | 1 << SPOILT, 40000},
+		{"estimate", "estimator=gnp quantities=normals", NULL, 0, true, 1 << SPOILT, 20000},
+		{"patch", "estimator=gnp", NULL, 0, false, 1 << RANDOM, 40000},
+		{"patch", "estimator=gnp at=100", NULL, 0, true, 1 << NOISY, 40000},
 		{"estimate", "estimator=gnp outliers=left_out weights=fit_clean_30k", NULL, 0, true, 1 << EVEN, 40000},
 		{"estimate", "estimator=gnp weights=fit_noise_70k quantities=normals", NULL, 0, true, 1 << NOISY, 40000},
 		{"estimate", "estimator=gnp quantities=all", NULL, 0, true, 1 << EVEN, 40000}};

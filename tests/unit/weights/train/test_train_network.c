@@ -1,6 +1,6 @@
 /* Operators in training: their gradient through loss and head by differences, their parameters to begin with. */
-#include "core/estimate/projection_fit.h"
-#include "core/estimate/sheets.h"
+#include "core/estimators/projection_fit.h"
+#include "core/estimators/sheets.h"
 #include "core/linear/linalg.h"
 #include "core/model/model.h"
 #include "tests/unit/test.h"

@@ -1,4 +1,4 @@
-#include "core/estimate/weighted_fit.h"
+#include "core/estimators/weighted_fit.h"
 
 #include <math.h>
 #include <string.h>
@@ -40,8 +40,7 @@ static bool is_wide(const struct gnp_weighted_cloud *cloud, unsigned step)
 }
 
 static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
-                            struct rows *rows,
-                            struct gnp_scratch *scratch, struct gnp_error *error)
+                            struct rows *rows, struct gnp_scratch *scratch, struct gnp_error *error)
 {
 	size_t near = smaller(GNP_LADDER_REACH, cloud->count), wide = smaller(GNP_SUPPORT_POINTS, cloud->count);
 	gnp_status status = gnp_neighborhoods_find(cloud->points.neighbors, centres, count, near, 1, near, scratch,
@@ -59,14 +58,12 @@ static gnp_status find_rows(const struct gnp_weighted_cloud *cloud, const uint32
 	}
 	if (status == GNP_OK && rows->wide_count > 0)
 		status = gnp_neighborhoods_find(cloud->points.neighbors, rows->wide_centre, rows->wide_count, wide, 1, wide,
-		                                scratch,
-		                                &rows->wide, error);
+		                                scratch, &rows->wide, error);
 	return status;
 }
 
 static gnp_status build(const struct gnp_weighted_cloud *cloud, const uint32_t *centres, size_t count,
-                        struct rows *rows,
-                        struct gnp_support *const *supports, struct gnp_error *error)
+                        struct rows *rows, struct gnp_support *const *supports, struct gnp_error *error)
 {
 	for (size_t p = 0; p < count; p++) {
 		bool wide = is_wide(cloud, rows->step[p]);
@@ -129,13 +126,12 @@ static void restate(const struct gnp_weighted_fit *fit, double scale, double *co
 
 /* Factors of the posterior's variances at the centre, so that they become those of the covariance under noise with the
  * network's scale and bias. */
-static void set_doubt(const struct gnp_support *support, const struct gnp_weighted_fit *fit, const float *outputs,
+static void set_doubt(const struct gnp_weighted_fit *fit, struct gnp_weighted_variance error,
                       struct gnp_surface *surface)
 {
 	surface->doubt[0] = surface->doubt[1] = surface->doubt[2] = 1;
 	if (!fit->solved)
 		return;
-	struct gnp_weighted_variance error = gnp_weighted_variance(outputs, gnp_weighted_covariance(support, fit));
 	double posterior[6];
 	for (size_t c = 1; c < 6; c++)
 		posterior[c] = fmax(fit->misfit, LEAST_MISFIT) * gnp_regression_variance(fit->factor, c);
@@ -176,12 +172,15 @@ static gnp_status set_piece(const struct gnp_weighted_cloud *cloud, const struct
 	if (status != GNP_OK)
 		return status;
 	const struct gnp_weighted_near near = {support, fit, outputs, residual, piece->fit.residual / support->radius,
-	                                       piece->fit.surface.scale_xy};
+	                                       piece->fit.surface.scale_xy,
+	                                       gnp_weighted_variance(outputs, gnp_weighted_error(support, fit))};
 	status = gnp_weighted_near_patch(&near, cloud->points.points, &piece->patch, scratch, error);
 	if (status != GNP_OK)
 		return status;
+	piece->support = support;
+	piece->weights = fit;
 	if (errors)
-		set_doubt(support, fit, outputs, &piece->fit.surface);
+		set_doubt(fit, near.error, &piece->fit.surface);
 	piece->crease = outputs[GNP_WEIGHTED_CREASE] > 0 && gnp_weighted_near_ends(&near, &piece->patch);
 	piece->outlier = outputs[GNP_WEIGHTED_OUTLIER] > 0 && support->points < cloud->count;
 	if (cloud->votes && support->points < cloud->count)

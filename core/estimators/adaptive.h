@@ -10,7 +10,7 @@
 #ifndef GNP_CORE_ADAPTIVE_H
 #define GNP_CORE_ADAPTIVE_H
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 
 /* See struct gnp_estimator. */
 gnp_status gnp_adaptive_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,

@@ -1,13 +1,13 @@
-#include "core/estimate/adaptive.h"
+#include "core/estimators/adaptive.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/estimate/adaptive_support.h"
-#include "core/estimate/outliers.h"
-#include "core/estimate/sheets.h"
+#include "core/estimators/adaptive_support.h"
+#include "core/estimators/outliers.h"
+#include "core/estimators/sheets.h"
 
 enum {
 	SERVED = 64,         /* points a representative stands for */
@@ -114,16 +114,6 @@ static size_t drop_misfits(struct gnp_adaptive_local *local, size_t count, const
 	return kept;
 }
 
-/* The posterior takes its prior for certain. It is itself an estimate, and second derivatives feel it most: with this
- * factor, on noisy shapes of known geometry, nine tenths or more of the true errors lie within two standard errors
- * (tests/unit/core/estimate/test_adaptive.c). */
-static void set_doubt(double support, double doubt[3])
-{
-	static const double prior = 1.1;
-	doubt[0] = doubt[1] = support;
-	doubt[2] = support * prior * prior;
-}
-
 static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_patch *patch,
                       struct gnp_adaptive_local *local, double *coefficients, double *factor, struct gnp_fit *fit)
 {
@@ -140,6 +130,7 @@ static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_p
 		if (!solved)
 			break;
 		gnp_regression_mean(&posterior);
+		gnp_regression_round(prior, &posterior);
 		kept = drop_misfits(local, count, &posterior);
 		if (kept == count || kept < GNP_TAYLOR_SIZE / 2)
 			break;
@@ -149,7 +140,8 @@ static void fit_patch(const struct gnp_adaptive_state *state, const struct gnp_p
 	fit->surface = (struct gnp_surface){.basis = {GNP_BASIS_TAYLOR, GNP_TAYLOR_DEGREE}, .coefficients = coefficients,
 	                                    .scale_xy = local->radius, .scale_w = local->radius, .factor = factor,
 	                                    .variance = posterior.variance, .noise = sqrt(posterior.variance) * local->radius};
-	set_doubt(choice->doubt, fit->surface.doubt);
+	for (int part = 0; part < 3; part++)
+		fit->surface.doubt[part] = choice->doubt;
 	memcpy(fit->surface.frame, patch->frame, sizeof patch->frame);
 	const double centre[3] = {patch->u[0] * patch->scale_xy, patch->v[0] * patch->scale_xy, patch->w[0] * patch->scale_w};
 	for (int c = 0; c < 3; c++)

@@ -9,7 +9,7 @@
 #ifndef GNP_CORE_LEARNED_H
 #define GNP_CORE_LEARNED_H
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 
 /* See struct gnp_estimator. Without a model that fits: GNP_INVALID_ARGUMENT. */
 gnp_status gnp_learned_prepare(const struct gnp_fit_cloud *cloud, const struct gnp_fit_options *options,

@@ -3,7 +3,7 @@
 #include "core/base/random.h"
 #include "core/base/vector.h"
 #include "core/estimate/estimate.h"
-#include "core/estimate/weighted_fit.h"
+#include "core/estimators/weighted_fit.h"
 #include "core/linear/linalg.h"
 #include "core/model/models.h"
 #include "core/shapes/shapes.h"

@@ -9,7 +9,7 @@
 #define GNP_CORE_ADAPTIVE_SUPPORT_H
 
 #include "core/cloud/cover.h"
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 #include "core/fit/regression.h"
 #include "core/fit/taylor.h"
 

@@ -1,4 +1,4 @@
-#include "core/estimate/projection_fit.h"
+#include "core/estimators/projection_fit.h"
 
 /* Every patch has the same number of nodes, all of them inner. */
 static gnp_status lay_out(const struct gnp_architecture *architecture, size_t count, struct gnp_projected *out,

@@ -1,4 +1,4 @@
-#include "core/estimate/outliers.h"
+#include "core/estimators/outliers.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -113,7 +113,7 @@ static double robust_scale(size_t count, struct robust_fit *fit)
 			fit->misfit[i] = fabs(sum);
 		}
 		memcpy(fit->sorted, fit->misfit, count * sizeof(double));
-		scale = fmax(1.4826 * dof * gnp_median(fit->sorted, count), 1e-12);
+		scale = fmax(dof * gnp_median_deviation(fit->sorted, count), 1e-12);
 		if (step == 0 && largest(fit->misfit, count) < calm * scale)
 			return scale;
 		reweight(fit, count, scale, step);

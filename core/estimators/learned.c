@@ -1,14 +1,14 @@
-#include "core/estimate/learned.h"
+#include "core/estimators/learned.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/estimate/outliers.h"
-#include "core/estimate/projection_fit.h"
-#include "core/estimate/sheets.h"
-#include "core/estimate/weighted_fit.h"
+#include "core/estimators/outliers.h"
+#include "core/estimators/projection_fit.h"
+#include "core/estimators/sheets.h"
+#include "core/estimators/weighted_fit.h"
 #include "core/model/models.h"
 #include "core/network/pooled.h"
 #include "core/support/votes.h"

@@ -1,4 +1,4 @@
-#include "core/estimate/sheets.h"
+#include "core/estimators/sheets.h"
 
 #include <string.h>
 

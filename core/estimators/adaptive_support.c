@@ -1,10 +1,10 @@
-#include "core/estimate/adaptive_support.h"
+#include "core/estimators/adaptive_support.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/estimate/sheets.h"
+#include "core/estimators/sheets.h"
 
 enum {
 	FRAMED = 50,        /* nearest points that set its frame */

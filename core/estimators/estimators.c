@@ -1,8 +1,8 @@
-#include "core/estimate/estimators.h"
+#include "core/estimators/estimators.h"
 
-#include "core/estimate/adaptive.h"
-#include "core/estimate/gmls.h"
-#include "core/estimate/learned.h"
+#include "core/estimators/adaptive.h"
+#include "core/estimators/gmls.h"
+#include "core/estimators/learned.h"
 #include "core/fit/taylor.h"
 
 static struct gnp_basis as_wanted(struct gnp_basis wanted)

@@ -2,7 +2,7 @@
 #ifndef GNP_CORE_SHEETS_H
 #define GNP_CORE_SHEETS_H
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 
 /* An outlier's normal may be anything. Unless a third of the good points about it face as it does, it takes the normal
  * of the nearest one: it will be told of the surface below it. All others keep the cloud's. outlier (count) 0 or 1;

@@ -3,7 +3,7 @@
 #ifndef GNP_CORE_GMLS_H
 #define GNP_CORE_GMLS_H
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 
 /* See gnp_fit_fn. A neighbourhood too poor for the basis is fitted with the highest degree it carries, the other
  * coefficients being zero. */

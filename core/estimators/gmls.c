@@ -1,4 +1,4 @@
-#include "core/estimate/gmls.h"
+#include "core/estimators/gmls.h"
 
 #include <math.h>
 #include <string.h>

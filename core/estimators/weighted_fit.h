@@ -6,9 +6,10 @@
 #ifndef GNP_CORE_WEIGHTED_FIT_H
 #define GNP_CORE_WEIGHTED_FIT_H
 
-#include "core/estimate/estimator.h"
+#include "core/estimators/estimator.h"
 #include "core/network/network.h"
 #include "core/support/support.h"
+#include "core/support/weighted_projection.h"
 
 struct gnp_votes;
 
@@ -20,8 +21,10 @@ struct gnp_weighted_cloud {
 	struct gnp_votes *votes; /* what pieces find of the points about them; NULL: not asked */
 };
 
-/* A fitted smooth piece about a point. The arrays of fit and patch live in scratch. */
+/* A fitted smooth piece about a point. What it points to lives in scratch. */
 struct gnp_weighted_piece {
+	const struct gnp_support *support;
+	const struct gnp_weighted_fit *weights; /* how its nodes count */
 	struct gnp_fit fit;
 	struct gnp_patch patch; /* of the nearest points that lie on the surface, the centre first; scaled as it is */
 	bool crease, outlier;   /* of the centre, by the network; no outliers where its support is the whole cloud */
