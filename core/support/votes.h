@@ -1,9 +1,10 @@
 /* Which points are outliers, by the pieces of surface fitted about them (weighted_fit.h).
  *
  * A piece votes on the 32 nearest points round its centre: off the surface is who deviates from it by more than 2.8 of
- * the piece's own deviations, corrected for its leverage. An outlier bends the surface at itself but not those of its
- * neighbours, so the majority of these knows better than its own. Near a crease the points beyond it are off a piece, too, but together: a point is
- * not voted on where most of its own nearest are off as well, nor by pieces at creases. */
+ * the piece's own deviations, corrected for its leverage. An outlier bends the surface at itself but not those of
+ * its neighbours, so the majority of these knows better than its own. Near a crease the points beyond it are off a
+ * piece, too, but together: a point is not voted on where most of its own nearest are off as well, nor by pieces at
+ * creases. */
 #ifndef GNP_CORE_VOTES_H
 #define GNP_CORE_VOTES_H
 

@@ -8,8 +8,9 @@
  * Zhu et al. 2021 (AdaFit).
  *
  * Errors of the fit are those of its covariance under noise as large as the weighted misfit, and of the pull of its
- * penalties towards 0, B^2 with B = A^-1 L c (A of the normal equations with the penalties L, c the fit's own); scaled,
- * and with a bias, both as the network says: var = exp(4 o) (V + B^2) + exp(4 o'), for slopes and second derivatives. */
+ * penalties towards 0, B^2 with B = A^-1 L c (A of the normal equations with the penalties L, c the fit's own);
+ * scaled, and with a bias, both as the network says: var = exp(4 o) (V + B^2) + exp(4 o'), for slopes and for second
+ * derivatives. */
 #ifndef GNP_CORE_WEIGHTED_PROJECTION_H
 #define GNP_CORE_WEIGHTED_PROJECTION_H
 

@@ -49,14 +49,15 @@ static void the_other_face_does_not_count(void)
 	struct gnp_estimate_options options = defaults();
 	size_t at = nearest_to(points, -0.06); /* four spacings from the edge */
 	double own = 0, other = 0, highest = 0;
-	CHECK(gnp_patch_view_make(&(struct gnp_cloud){COUNT, points, NULL}, &options, at, pool, NULL, &view, NULL) == GNP_OK);
+	const struct gnp_cloud cloud = {COUNT, points, NULL};
+	CHECK(gnp_patch_view_make(&cloud, &options, at, pool, NULL, &view, NULL) == GNP_OK);
 	CHECK(view.count == COUNT && view.model && view.normals_estimated && !view.crease && !view.outlier);
 	CHECK_NEAR(fabs(view.normal[2]), 1, 1e-4);
 	CHECK(view.scale > 0 && view.scale < view.radius && view.points >= 144);
 	size_t within = 0;
 	for (size_t i = 0; i < COUNT; i++) {
 		const double *p = points + 3 * i, *c = points + 3 * at;
-		double far = sqrt((p[0] - c[0]) * (p[0] - c[0]) + (p[1] - c[1]) * (p[1] - c[1]) + (p[2] - c[2]) * (p[2] - c[2]));
+		double far = hypot(hypot(p[0] - c[0], p[1] - c[1]), p[2] - c[2]);
 		CHECK(view.weight[i] >= 0 && view.weight[i] <= 1);
 		CHECK(isnan(view.height[i]) == (far > view.radius * (1 + 1e-12)));
 		CHECK(!isnan(view.height[i]) || view.weight[i] == 0);
