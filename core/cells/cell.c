@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "core/base/vector.h"
+#include "core/cells/polygon.h"
 #include "core/cloud/patch.h"
 
 void gnp_tangents_of(const double n[3], double tangents[2][3])
@@ -16,56 +17,6 @@ void gnp_tangents_of(const double n[3], double tangents[2][3])
 	for (int c = 0; c < 3; c++)
 		tangents[0][c] /= length;
 	gnp_cross(n, tangents[0], tangents[1]);
-}
-
-/* A convex polygon about the origin; the edge that begins at corner i was cut by `cutter[i]`, or is of the outer square. */
-#define OUTER UINT32_MAX
-
-struct polygon {
-	size_t count;
-	double x[GNP_CELL_EDGES_MAX], y[GNP_CELL_EDGES_MAX];
-	uint32_t cutter[GNP_CELL_EDGES_MAX];
-};
-
-static void square(double half, struct polygon *polygon)
-{
-	*polygon = (struct polygon){.count = 4, .x = {half, -half, -half, half}, .y = {half, half, -half, -half},
-	                            .cutter = {OUTER, OUTER, OUTER, OUTER}};
-}
-
-/* Keeps the half plane a x + b y <= c, c > 0. */
-static void cut(struct polygon *polygon, double a, double b, double c, uint32_t cutter)
-{
-	struct polygon kept = {.count = 0};
-	for (size_t i = 0; i < polygon->count && kept.count + 2 <= GNP_CELL_EDGES_MAX; i++) {
-		size_t next = i + 1 < polygon->count ? i + 1 : 0;
-		double here = a * polygon->x[i] + b * polygon->y[i] - c, there = a * polygon->x[next] + b * polygon->y[next] - c;
-		if (here <= 0) {
-			kept.x[kept.count] = polygon->x[i];
-			kept.y[kept.count] = polygon->y[i];
-			kept.cutter[kept.count++] = polygon->cutter[i];
-		}
-		if ((here <= 0) != (there <= 0)) {
-			double t = here / (here - there);
-			kept.x[kept.count] = polygon->x[i] + t * (polygon->x[next] - polygon->x[i]);
-			kept.y[kept.count] = polygon->y[i] + t * (polygon->y[next] - polygon->y[i]);
-			kept.cutter[kept.count++] = here <= 0 ? cutter : polygon->cutter[i];
-		}
-	}
-	*polygon = kept;
-}
-
-static double reach_squared(const struct polygon *polygon, size_t *farthest)
-{
-	double most = 0;
-	for (size_t i = 0; i < polygon->count; i++) {
-		double r = polygon->x[i] * polygon->x[i] + polygon->y[i] * polygon->y[i];
-		if (r > most) {
-			most = r;
-			*farthest = i;
-		}
-	}
-	return most;
 }
 
 /* Neighbours in the plane of the cell: of one sheet and not at the centre, or so near that the edge over the distance to them would
@@ -104,30 +55,30 @@ static void project(const double *points, const double *normals, size_t centre, 
 }
 
 /* Cuts a square by the bisectors of all neighbours that can still reach it. */
-static void cut_all(const struct plane *plane, double half, struct polygon *polygon)
+static void cut_all(const struct plane *plane, double half, struct gnp_polygon *polygon)
 {
 	size_t farthest = 0;
-	square(half, polygon);
-	double reach = reach_squared(polygon, &farthest);
+	gnp_polygon_square(half, polygon);
+	double reach = gnp_polygon_reach(polygon, &farthest);
 	for (size_t j = 0; j < plane->count && polygon->count; j++) {
 		double x = plane->x[j], y = plane->y[j], r = x * x + y * y;
 		if (r > 4 * reach)
 			continue;
-		cut(polygon, x, y, r / 2, plane->position[j]);
-		reach = reach_squared(polygon, &farthest);
+		gnp_polygon_cut(polygon, x, y, r / 2, plane->position[j]);
+		reach = gnp_polygon_reach(polygon, &farthest);
 	}
 }
 
-static bool touches_outer(const struct polygon *polygon)
+static bool touches_outer(const struct gnp_polygon *polygon)
 {
 	for (size_t i = 0; i < polygon->count; i++)
-		if (polygon->cutter[i] == OUTER)
+		if (polygon->cutter[i] == GNP_POLYGON_OUTER)
 			return true;
 	return false;
 }
 
 /* Area and centroid by the sum over the triangles at the origin. */
-static void measure(const struct polygon *polygon, struct gnp_cell *cell)
+static void measure(const struct gnp_polygon *polygon, struct gnp_cell *cell)
 {
 	double area = 0, x = 0, y = 0;
 	for (size_t i = 0; i < polygon->count; i++) {
@@ -142,12 +93,12 @@ static void measure(const struct polygon *polygon, struct gnp_cell *cell)
 	cell->centroid[1] = area > 0 ? y / area : 0;
 }
 
-static void take_edges(const struct polygon *polygon, const struct plane *plane, struct gnp_cell *cell)
+static void take_edges(const struct gnp_polygon *polygon, const struct plane *plane, struct gnp_cell *cell)
 {
 	cell->edges = 0;
 	for (size_t i = 0; i < polygon->count; i++) {
 		size_t next = i + 1 < polygon->count ? i + 1 : 0, j = 0;
-		if (polygon->cutter[i] == OUTER)
+		if (polygon->cutter[i] == GNP_POLYGON_OUTER)
 			continue;
 		while (plane->position[j] != polygon->cutter[i])
 			j++;
@@ -184,7 +135,7 @@ void gnp_cell_make(const double *points, const double *normals, size_t centre, c
                    double tangents[2][3], struct gnp_cell *out)
 {
 	struct plane plane;
-	struct polygon polygon;
+	struct gnp_polygon polygon;
 	size_t farthest = 0;
 	gnp_tangents_of(normals + 3 * centre, tangents);
 	project(points, normals, centre, index, count, tangents, &plane);
@@ -193,7 +144,7 @@ void gnp_cell_make(const double *points, const double *normals, size_t centre, c
 	*out = (struct gnp_cell){.open = plane.count == 0 || touches_outer(&polygon)};
 	if (plane.count == 0)
 		return;
-	out->gap = sqrt(reach_squared(&polygon, &farthest));
+	out->gap = sqrt(gnp_polygon_reach(&polygon, &farthest));
 	if (polygon.count) {
 		out->corner[0] = polygon.x[farthest];
 		out->corner[1] = polygon.y[farthest];

@@ -15,7 +15,7 @@
 
 enum {
 	GNP_CELL_NEIGHBORS = 32, /* nearest points a cell is cut by */
-	GNP_CELL_EDGES_MAX = 40  /* of a polygon cut from a square by those */
+	GNP_CELL_EDGES_MAX = 40  /* of a polygon cut from a square by those (polygon.h) */
 };
 
 /* In the frame (t1, t2) of the tangent plane, about the point. */

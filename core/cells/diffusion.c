@@ -44,7 +44,7 @@ static gnp_status count_entries(size_t edges, const uint32_t *neighbor, const fl
 	*entries = 0;
 	for (size_t i = 0; i < s->count && (status = poll(i, task, error)) == GNP_OK; i++)
 		for (size_t e = 0; e < edges; e++)
-			if (weight[i * edges + e] > 0) {
+			if (weight[i * edges + e] != 0) {
 				s->start[i + 1]++;
 				s->start[(size_t)neighbor[i * edges + e] + 1]++;
 				*entries += 2;
@@ -61,7 +61,7 @@ static gnp_status scatter(size_t edges, const uint32_t *neighbor, const float *w
 		for (size_t e = 0; e < edges; e++) {
 			size_t j = neighbor[i * edges + e];
 			double half = (double)weight[i * edges + e] / 2;
-			if (!(half > 0))
+			if (half == 0)
 				continue;
 			size_t at = --s->start[i + 1], there = --s->start[j + 1];
 			s->column[at] = (uint32_t)j;
@@ -87,7 +87,22 @@ static void sort_row(uint32_t *column, double *value, size_t count)
 	}
 }
 
-/* Sorts each row, adds up entries of one column and closes the gaps. begin of row i is start[i + 1] before, start[i] after. */
+/* Adds up entries of one column in a sorted row, and leaves what is not positive out; how many there are. */
+static size_t add_up(uint32_t *column, double *value, size_t count)
+{
+	size_t made = 0;
+	for (size_t i = 0; i < count; made += value[made] > 0) {
+		uint32_t own = column[i];
+		double sum = 0;
+		for (; i < count && column[i] == own; i++)
+			sum += value[i];
+		column[made] = own;
+		value[made] = sum;
+	}
+	return made;
+}
+
+/* Sorts and adds up each row and closes the gaps. begin of row i is start[i + 1] before, start[i] after. */
 static gnp_status compress(size_t entries, struct gnp_task *task, struct gnp_stiffness *s, struct gnp_error *error)
 {
 	size_t made = 0;
@@ -95,14 +110,11 @@ static gnp_status compress(size_t entries, struct gnp_task *task, struct gnp_sti
 	for (size_t i = 0; i < s->count && (status = poll(i, task, error)) == GNP_OK; i++) {
 		size_t begin = s->start[i + 1], end = i + 1 < s->count ? s->start[i + 2] : entries;
 		sort_row(s->column + begin, s->value + begin, end - begin);
+		size_t count = add_up(s->column + begin, s->value + begin, end - begin);
 		s->start[i] = made;
 		s->diagonal[i] = 0;
-		for (size_t at = begin; at < end; at++) {
+		for (size_t at = begin; at < begin + count; at++) {
 			s->diagonal[i] += s->value[at];
-			if (made > s->start[i] && s->column[made - 1] == s->column[at]) {
-				s->value[made - 1] += s->value[at];
-				continue;
-			}
 			s->column[made] = s->column[at];
 			s->value[made++] = s->value[at];
 		}

@@ -19,8 +19,9 @@ struct gnp_stiffness {
 	double *diagonal; /* (count) their sum */
 };
 
-/* neighbor, weight (count, edges): across each edge of a point's cell, edge length over distance, 0 past the last one. Cells of two points
- * are cut in two planes and differ a little: s is the mean of both, a cell that lacks the edge counting 0. task may be NULL; polled. */
+/* neighbor, weight (count, edges): of each edge of a point's cell or star, 0 past the last one. Those of two points are
+ * found in two planes and differ a little: s is the mean of both, one that lacks the edge counting 0, and where that is
+ * negative there is no edge. task may be NULL; polled. */
 gnp_status gnp_stiffness_make(size_t count, size_t edges, const uint32_t *neighbor, const float *weight, struct gnp_task *task,
                               struct gnp_stiffness *out, struct gnp_error *error);
 void gnp_stiffness_clear(struct gnp_stiffness *stiffness);

@@ -3,10 +3,10 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/cells/cell.h"
+#include "core/cells/star.h"
 #include "core/search/neighborhoods.h"
 
-enum { POINTS_A_CHUNK = 512, EDGES = 16 };
+enum { POINTS_A_CHUNK = 512, EDGES = 20 };
 
 struct work {
 	const struct gnp_prepared *prepared;
@@ -14,7 +14,7 @@ struct work {
 	float *weight;      /* (count, EDGES) 0 past the last */
 };
 
-static void take_edges(const struct gnp_cell *cell, const uint32_t *index, uint32_t *neighbor, float *weight)
+static void take_edges(const struct gnp_star *cell, const uint32_t *index, uint32_t *neighbor, float *weight)
 {
 	for (size_t e = 0; e < EDGES; e++) {
 		bool there = e < cell->edges;
@@ -37,11 +37,10 @@ static gnp_status cells_chunk(void *context, size_t begin, size_t end, struct gn
 	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, centres, end - begin, ring, 1, ring, scratch, &found, error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
 		const uint32_t *index = found.index + found.start[i - begin];
-		double tangents[2][3];
-		struct gnp_cell cell;
-		gnp_cell_make(prepared->points, prepared->normals, i, index, found.start[i - begin + 1] - found.start[i - begin], tangents,
-		              &cell);
-		take_edges(&cell, index, work->neighbor + i * EDGES, work->weight + i * EDGES);
+		struct gnp_star star;
+		gnp_star_make(prepared->points, prepared->normals, i, index, found.start[i - begin + 1] - found.start[i - begin],
+		              &star);
+		take_edges(&star, index, work->neighbor + i * EDGES, work->weight + i * EDGES);
 	}
 	return status;
 }

@@ -1,0 +1,125 @@
+#include "core/cells/star.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core/base/vector.h"
+#include "core/cells/polygon.h"
+#include "core/cloud/patch.h"
+
+/* Neighbours of one sheet, and not at the centre. */
+struct fan {
+	size_t count;
+	double x[GNP_CELL_NEIGHBORS], y[GNP_CELL_NEIGHBORS];
+	double away[GNP_CELL_NEIGHBORS][3]; /* from the centre */
+	uint32_t position[GNP_CELL_NEIGHBORS];
+	double lift[GNP_CELL_NEIGHBORS]; /* in [0, 1), of the point alone: breaks ties */
+	double nearest, farthest;
+};
+
+/* As good as random (Steele, Lea & Flood 2014), and the same from wherever the point is seen. */
+static double lift_of(uint32_t point)
+{
+	uint64_t z = point + UINT64_C(0x9e3779b97f4a7c15);
+	z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+	z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+	return (double)(z >> 40) / (1 << 24);
+}
+
+static void unroll(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
+                   struct fan *fan)
+{
+	static const double COINCIDENT = 1e-9, UPRIGHT = 1e-3; /* of the way to the farthest; of the distance */
+	const double *o = points + 3 * centre, *n = normals + 3 * centre;
+	const double *last = points + 3 * (size_t)index[count - 1], to[3] = {last[0] - o[0], last[1] - o[1], last[2] - o[2]};
+	double tangents[2][3], least = COINCIDENT * sqrt(gnp_dot(to, to));
+	gnp_tangents_of(n, tangents);
+	fan->count = 0;
+	fan->nearest = fan->farthest = 0;
+	for (size_t j = 0; j < count && fan->count < GNP_CELL_NEIGHBORS; j++) {
+		const double *p = points + 3 * (size_t)index[j], d[3] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]};
+		double x = gnp_dot(d, tangents[0]), y = gnp_dot(d, tangents[1]), flat = hypot(x, y), far = sqrt(gnp_dot(d, d));
+		if (index[j] == centre || !gnp_same_sheet(n, normals + 3 * (size_t)index[j]) || !(flat > UPRIGHT * far) ||
+		    far <= least)
+			continue;
+		size_t k = fan->count++;
+		fan->x[k] = x * far / flat;
+		fan->y[k] = y * far / flat;
+		memcpy(fan->away[k], d, sizeof d);
+		fan->position[k] = (uint32_t)j;
+		fan->lift[k] = lift_of(index[j]);
+		fan->nearest = k ? fan->nearest : far;
+		fan->farthest = fmax(fan->farthest, far);
+	}
+}
+
+static void cut_all(const struct fan *fan, double own, struct gnp_polygon *polygon)
+{
+	static const double TIE = 1e-7; /* of squared distances */
+	double scale = TIE * fan->nearest * fan->nearest;
+	size_t corner;
+	gnp_polygon_square(fan->farthest / 2, polygon);
+	double reach = gnp_polygon_reach(polygon, &corner);
+	for (size_t j = 0; j < fan->count && polygon->count; j++) {
+		double square = fan->x[j] * fan->x[j] + fan->y[j] * fan->y[j];
+		if (square > 4.1 * reach)
+			continue;
+		gnp_polygon_cut(polygon, fan->x[j], fan->y[j], (square + scale * (own - fan->lift[j])) / 2, (uint32_t)j);
+		reach = gnp_polygon_reach(polygon, &corner);
+	}
+}
+
+/* Cotangent of the angle at p between the ways to the centre and to q. */
+static double cotangent(const double p[3], const double q[3], double cross)
+{
+	const double to_q[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+	return -gnp_dot(p, to_q) / cross;
+}
+
+/* The edge to fan member k: where it is, or a new one. */
+static size_t edge_of(const struct fan *fan, size_t k, struct gnp_star *out)
+{
+	for (size_t e = 0; e < out->edges; e++)
+		if (out->neighbor[e] == fan->position[k])
+			return e;
+	out->neighbor[out->edges] = fan->position[k];
+	out->weight[out->edges] = 0;
+	return out->edges++;
+}
+
+static void add_triangle(const struct fan *fan, size_t k, size_t l, struct gnp_star *out)
+{
+	static const double SLIVER = 1e-6;
+	const double *a = fan->away[k], *b = fan->away[l];
+	double normal[3];
+	gnp_cross(a, b, normal);
+	double cross = sqrt(gnp_dot(normal, normal)), least = SLIVER * sqrt(gnp_dot(a, a) * gnp_dot(b, b));
+	cross = fmax(cross, least);
+	size_t to_a = edge_of(fan, k, out), to_b = edge_of(fan, l, out);
+	out->weight[to_a] += cotangent(b, a, cross) / 2;
+	out->weight[to_b] += cotangent(a, b, cross) / 2;
+	out->area += cross / 6;
+}
+
+void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
+                   struct gnp_star *out)
+{
+	struct fan fan;
+	struct gnp_polygon polygon;
+	*out = (struct gnp_star){.open = true};
+	if (count == 0)
+		return;
+	unroll(points, normals, centre, index, count, &fan);
+	if (fan.count == 0)
+		return;
+	cut_all(&fan, lift_of((uint32_t)centre), &polygon);
+	out->open = polygon.count == 0;
+	for (size_t i = 0; i < polygon.count; i++) {
+		size_t next = i + 1 < polygon.count ? i + 1 : 0;
+		uint32_t k = polygon.cutter[i], l = polygon.cutter[next];
+		if (k == GNP_POLYGON_OUTER || l == GNP_POLYGON_OUTER)
+			out->open = true;
+		else if (k != l)
+			add_triangle(&fan, k, l, out);
+	}
+}
