@@ -87,6 +87,16 @@ static size_t edge_of(const struct fan *fan, size_t k, struct gnp_star *out)
 	return out->edges++;
 }
 
+/* Of the triangle's area, that which is nearest to the centre; half or a quarter of it where an angle is obtuse. */
+static double share_of(const double a[3], const double b[3], double at_a, double at_b, double cross)
+{
+	if (gnp_dot(a, b) < 0)
+		return cross / 4;
+	if (at_a < 0 || at_b < 0)
+		return cross / 8;
+	return (gnp_dot(a, a) * at_b + gnp_dot(b, b) * at_a) / 8;
+}
+
 static void add_triangle(const struct fan *fan, size_t k, size_t l, struct gnp_star *out)
 {
 	static const double SLIVER = 1e-6;
@@ -96,9 +106,10 @@ static void add_triangle(const struct fan *fan, size_t k, size_t l, struct gnp_s
 	double cross = sqrt(gnp_dot(normal, normal)), least = SLIVER * sqrt(gnp_dot(a, a) * gnp_dot(b, b));
 	cross = fmax(cross, least);
 	size_t to_a = edge_of(fan, k, out), to_b = edge_of(fan, l, out);
-	out->weight[to_a] += cotangent(b, a, cross) / 2;
-	out->weight[to_b] += cotangent(a, b, cross) / 2;
-	out->area += cross / 6;
+	double at_a = cotangent(a, b, cross), at_b = cotangent(b, a, cross);
+	out->weight[to_a] += at_b / 2;
+	out->weight[to_b] += at_a / 2;
+	out->area += share_of(a, b, at_a, at_b, cross);
 }
 
 void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
