@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdatomic.h>
 
-#include "core/cells/cell.h"
+#include "core/cells/star.h"
 #include "core/search/neighborhoods.h"
 
 enum { POINTS_A_CHUNK = 512 };
@@ -28,11 +28,11 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, centres, end - begin, ring, 1, ring, scratch, &found, error);
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
 		size_t at = found.start[i - begin], count = found.start[i - begin + 1] - at;
-		double tangents[2][3], last = found.distance[at + count - 1];
-		struct gnp_cell cell;
-		gnp_cell_make(prepared->points, prepared->normals, i, found.index + at, count, tangents, &cell);
-		work->area[i] = gnp_cell_share(&cell, last);
-		if (cell.open)
+		double last = found.distance[at + count - 1];
+		struct gnp_star star;
+		gnp_star_make(prepared->points, prepared->normals, i, found.index + at, count, &star);
+		work->area[i] = star.area > 0 ? star.area : fmax(last * last, 1e-300);
+		if (star.open)
 			atomic_fetch_add_explicit(&work->open, 1, memory_order_relaxed);
 	}
 	return status;

@@ -11,7 +11,8 @@ void gnp_polygon_cut(struct gnp_polygon *polygon, double a, double b, double c, 
 	struct gnp_polygon kept = {.count = 0};
 	for (size_t i = 0; i < polygon->count && kept.count + 2 <= GNP_POLYGON_MAX; i++) {
 		size_t next = i + 1 < polygon->count ? i + 1 : 0;
-		double here = a * polygon->x[i] + b * polygon->y[i] - c, there = a * polygon->x[next] + b * polygon->y[next] - c;
+		double here = a * polygon->x[i] + b * polygon->y[i] - c;
+		double there = a * polygon->x[next] + b * polygon->y[next] - c;
 		if (here <= 0) {
 			kept.x[kept.count] = polygon->x[i];
 			kept.y[kept.count] = polygon->y[i];

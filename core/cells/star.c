@@ -31,7 +31,8 @@ static void unroll(const double *points, const double *normals, size_t centre, c
 {
 	static const double COINCIDENT = 1e-9, UPRIGHT = 1e-3; /* of the way to the farthest; of the distance */
 	const double *o = points + 3 * centre, *n = normals + 3 * centre;
-	const double *last = points + 3 * (size_t)index[count - 1], to[3] = {last[0] - o[0], last[1] - o[1], last[2] - o[2]};
+	const double *last = points + 3 * (size_t)index[count - 1];
+	const double to[3] = {last[0] - o[0], last[1] - o[1], last[2] - o[2]};
 	double tangents[2][3], least = COINCIDENT * sqrt(gnp_dot(to, to));
 	gnp_tangents_of(n, tangents);
 	fan->count = 0;

@@ -18,7 +18,8 @@ struct gnp_star {
 	size_t edges;
 	uint32_t neighbor[GNP_CELL_EDGES_MAX]; /* (edges) position in `index` */
 	double weight[GNP_CELL_EDGES_MAX];     /* (edges) half the sum of the cotangents of the angles across; may be < 0 */
-	double area; /* the point's part of the triangles, by the mixed cells of Meyer et al. 2003 [length^2]; 0: there are none */
+	/* The point's part of the triangles, by the mixed cells of Meyer et al. 2003 [length^2]; 0: there are none. */
+	double area;
 	bool open;   /* the triangles do not close around the point */
 };
 

@@ -38,8 +38,8 @@ static gnp_status cells_chunk(void *context, size_t begin, size_t end, struct gn
 	for (size_t i = begin; i < end && status == GNP_OK; i++) {
 		const uint32_t *index = found.index + found.start[i - begin];
 		struct gnp_star star;
-		gnp_star_make(prepared->points, prepared->normals, i, index, found.start[i - begin + 1] - found.start[i - begin],
-		              &star);
+		size_t count = found.start[i - begin + 1] - found.start[i - begin];
+		gnp_star_make(prepared->points, prepared->normals, i, index, count, &star);
 		take_edges(&star, index, work->neighbor + i * EDGES, work->weight + i * EDGES);
 	}
 	return status;

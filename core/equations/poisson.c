@@ -58,7 +58,8 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 		.bytes = sizeof *poisson + gnp_domain_bytes(domain) + gnp_equation_bytes(equation) + gnp_solver_bytes(poisson->solver) +
 		         gnp_csr_bytes(&value) + gnp_csr_bytes(&poisson->outside) + gnp_stiffness_bytes(&poisson->volumes) +
 		         2 * equation->unknowns * sizeof(double),
-		.solver = gnp_solver_kind(poisson->solver), .normals_estimated = domain->normals_estimated, .patches = domain->patches,
+		.solver = gnp_solver_kind(poisson->solver), .system = equation->system, .why = poisson->why,
+		.normals_estimated = domain->normals_estimated, .patches = domain->patches,
 		.degenerate = domain->degenerate, .outliers = domain->outliers, .model = domain->model};
 }
 
@@ -148,7 +149,7 @@ static gnp_status respond(struct gnp_poisson *poisson, struct gnp_pool *pool, st
 /* Solves for random right-hand sides, nothing given but zeros. Iterations, which take longer than preparing does, have
  * one and stop early; where they do not converge, whoever asks for a solution is told. */
 static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *pool, struct gnp_task *task,
-                                 struct gnp_error *error)
+                                 struct gnp_warnings *warnings, struct gnp_error *error)
 {
 	enum { SIDES = 4, ITERATIONS = 50 };
 	bool direct = gnp_solver_kind(poisson->solver) == GNP_SOLVER_DIRECT;
@@ -168,7 +169,7 @@ static gnp_status check_operator(struct gnp_poisson *poisson, struct gnp_pool *p
 	for (size_t r = 0; r < sides; r++)
 		energy[r] = reports[r].energy;
 	if (status == GNP_OK)
-		gnp_operator_check_energy(energy, sides, &poisson->domain, gnp_task_warnings(task));
+		gnp_operator_check_energy(energy, sides, &poisson->domain, warnings);
 	return status == GNP_OK || (status == GNP_NO_CONVERGENCE && !direct) ? GNP_OK : gnp_error_set(error, status, "%s", own.text);
 }
 
@@ -186,11 +187,71 @@ static gnp_status check_screening(const struct gnp_domain *domain, double alpha,
 	                                                  "stands for", alpha, most / area, most, area);
 }
 
+/* ---- Which operator ---- */
+
+/* The operator of a system, its solver, and what is found against them. */
+static gnp_status make_operator(struct gnp_poisson *poisson, const struct gnp_poisson_options *options, int system,
+                                const unsigned char *given, struct gnp_pool *pool, struct gnp_task *task,
+                                struct gnp_warnings *warnings, struct gnp_error *error)
+{
+	struct gnp_laplacian_options laplacian = options->laplacian;
+	laplacian.system = system;
+	gnp_status status = gnp_equation_make(&poisson->domain, &laplacian, options->screening, given, pool, task,
+	                                      &poisson->equation, error);
+	if (status == GNP_OK)
+		status = assemble_values(poisson, &laplacian, given, pool, task, error);
+	if (status == GNP_OK)
+		status = weigh(poisson, options->mean, error);
+	if (status == GNP_OK)
+		status = gnp_solver_create(&poisson->equation, &poisson->domain, options->solver, options->memory_limit, pool,
+		                           task, &poisson->solver, error);
+	if (status == GNP_OK)
+		status = respond(poisson, pool, task, error);
+	return status == GNP_OK ? check_operator(poisson, pool, task, warnings, error) : status;
+}
+
+static void drop_operator(struct gnp_poisson *poisson)
+{
+	gnp_solver_free(poisson->solver);
+	gnp_equation_clear(&poisson->equation);
+	gnp_collocation_clear(&poisson->value);
+	free(poisson->response);
+	free(poisson->weight);
+	poisson->solver = NULL;
+	poisson->response = poisson->weight = NULL;
+}
+
+/* Collocation has no condition at open edges, and may have solutions that no surface has: where either shows, the
+ * symmetric operator answers. */
+static gnp_status choose_operator(struct gnp_poisson *poisson, const struct gnp_poisson_options *options,
+                                  const unsigned char *given, struct gnp_pool *pool, struct gnp_task *task,
+                                  struct gnp_error *error)
+{
+	struct gnp_warnings found = {0}, *warnings = gnp_task_warnings(task), before = warnings ? *warnings : found;
+	struct gnp_error own = {0};
+	poisson->why = "the surface is open";
+	if (gnp_domain_is_closed(&poisson->domain)) {
+		gnp_status status = make_operator(poisson, options, GNP_SYSTEM_SQUARE, given, pool, task, &found, &own);
+		bool failed = status == GNP_SINGULAR || status == GNP_NO_CONVERGENCE;
+		if (status != GNP_OK && !failed)
+			return gnp_error_set(error, status, "%s", own.text);
+		poisson->why = "the surface is closed, and two discretisations agree";
+		if (!failed && gnp_warnings_count(&found) == 0)
+			return GNP_OK;
+		drop_operator(poisson);
+		poisson->why = "collocation was not confirmed by it";
+		if (warnings)
+			*warnings = before;
+	}
+	return make_operator(poisson, options, GNP_SYSTEM_SYMMETRIC, given, pool, task, warnings, error);
+}
+
 static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud,
                        const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
                        struct gnp_error *error)
 {
 	unsigned char *given = NULL;
+	int system = options->laplacian.system;
 	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
 	if (status == GNP_OK)
 		status = gnp_domain_check_distinct(&poisson->domain, error);
@@ -198,27 +259,18 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 		status = check_screening(&poisson->domain, options->screening, error);
 	if (status == GNP_OK)
 		status = order_fixed(&poisson->domain, options->fixed, &given, error);
-	if (status == GNP_OK)
-		status = gnp_equation_make(&poisson->domain, &options->laplacian, options->screening, given, pool, task, &poisson->equation, error);
-	if (status == GNP_OK)
-		status = assemble_values(poisson, &options->laplacian, given, pool, task, error);
-	free(given);
 	if (status == GNP_OK && poisson->domain.dropped)
 		status = gnp_interpolation_make(&poisson->domain.prepared, poisson->domain.dropped_points, poisson->domain.dropped,
 		                                gnp_laplacian_degree(&options->laplacian), pool, task, &poisson->outside, error);
 	if (status == GNP_OK)
-		status = weigh(poisson, options->mean, error);
-	if (status == GNP_OK)
 		status = gnp_volume_stiffness(&poisson->domain.prepared, pool, task, &poisson->volumes, error);
 	if (status == GNP_OK)
-		status = gnp_solver_create(&poisson->equation, &poisson->domain, options->solver, options->memory_limit, pool, task,
-		                           &poisson->solver, error);
-	if (status == GNP_OK)
-		status = respond(poisson, pool, task, error);
-	if (status == GNP_OK) {
 		gnp_operator_check_crossings(&poisson->domain.prepared, &poisson->volumes, gnp_task_warnings(task));
-		status = check_operator(poisson, pool, task, error);
-	}
+	if (status == GNP_OK)
+		status = system == GNP_SYSTEM_AUTO ? choose_operator(poisson, options, given, pool, task, error)
+		                                   : make_operator(poisson, options, system, given, pool, task,
+		                                                   gnp_task_warnings(task), error);
+	free(given);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	return status;
 }

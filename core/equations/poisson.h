@@ -48,6 +48,8 @@ struct gnp_poisson_info {
 	size_t open;       /* points at open boundaries, where derivatives are one-sided */
 	size_t bytes;      /* held by the object */
 	int solver;        /* enum gnp_solver_kind: direct or iterative */
+	int system;        /* enum gnp_system: as asked for, or chosen */
+	const char *why;   /* it was chosen; NULL: it was asked for */
 	int normals_estimated;
 	size_t patches, degenerate, outliers;
 	const struct gnp_model *model; /* as in struct gnp_estimate */

@@ -18,6 +18,7 @@ struct gnp_poisson {
 	double *weight;     /* (unknowns) of the mean */
 	struct gnp_stiffness volumes; /* over all points: what energies are told by */
 	struct gnp_krylov_options krylov;
+	const char *why;    /* the system was chosen; NULL: it was asked for */
 };
 
 #endif

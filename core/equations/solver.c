@@ -42,7 +42,7 @@ int gnp_solver_kind(const struct gnp_solver *solver)
 
 static bool is_square(const struct gnp_equation *equation)
 {
-	return equation->system == GNP_SYSTEM_SQUARE;
+	return equation->system != GNP_SYSTEM_LEAST_SQUARES;
 }
 
 static gnp_status too_large(const struct gnp_factor_plan *plan, size_t memory_limit, struct gnp_error *error)

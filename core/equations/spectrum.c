@@ -292,12 +292,60 @@ gnp_status gnp_spectrum_check(size_t count, size_t points, struct gnp_error *err
 	return GNP_OK;
 }
 
+/* Of an operator that is made. doubts: what is found against the pairs. */
+static gnp_status run_with(const struct gnp_poisson *poisson, double shift, size_t count, double tolerance,
+                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *spectrum,
+                           struct gnp_warnings *doubts, struct gnp_error *error)
+{
+	const struct gnp_poisson_info info = gnp_poisson_info(poisson);
+	gnp_status status = find(poisson, shift, count, tolerance, pool, task, spectrum, error);
+	if (status == GNP_OK)
+		status = gnp_spectrum_believe(spectrum, poisson, shift, doubts, error);
+	if (status == GNP_OK)
+		spectrum->surface = gnp_domain_facts(gnp_poisson_domain(poisson));
+	spectrum->system = info.system;
+	spectrum->why = info.why;
+	return status;
+}
+
+/* Where pairs of a collocation that was chosen are doubted, those of the symmetric operator are found instead. */
+static gnp_status run_on(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
+                         double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *spectrum,
+                         struct gnp_error *error)
+{
+	struct gnp_poisson_options wanted = *options;
+	struct gnp_poisson *poisson = NULL;
+	struct gnp_warnings doubts = {0}, *warnings = gnp_task_warnings(task), before = warnings ? *warnings : doubts;
+	struct gnp_error own = {0};
+	gnp_status status = gnp_poisson_prepare(cloud, options, pool, task, &poisson, error);
+	if (status != GNP_OK)
+		return status;
+	status = run_with(poisson, options->screening, count, tolerance, pool, task, spectrum, &doubts, &own);
+	bool chosen = options->laplacian.system == GNP_SYSTEM_AUTO && gnp_poisson_info(poisson).system == GNP_SYSTEM_SQUARE;
+	bool doubted = status == GNP_NO_CONVERGENCE || (status == GNP_OK && gnp_warnings_count(&doubts) > 0);
+	gnp_poisson_release(poisson);
+	if (!chosen || !doubted) {
+		gnp_warnings_merge(warnings, &doubts);
+		return status == GNP_OK ? GNP_OK : gnp_error_set(error, status, "%s", own.text);
+	}
+	gnp_spectrum_clear(spectrum);
+	if (warnings)
+		*warnings = before;
+	wanted.laplacian.system = GNP_SYSTEM_SYMMETRIC;
+	status = gnp_poisson_prepare(cloud, &wanted, pool, task, &poisson, error);
+	if (status != GNP_OK)
+		return status;
+	status = run_with(poisson, options->screening, count, tolerance, pool, task, spectrum, warnings, error);
+	spectrum->why = "collocation has eigenvalues that it does not confirm";
+	gnp_poisson_release(poisson);
+	return status;
+}
+
 gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options, size_t count,
                             double tolerance, struct gnp_pool *pool, struct gnp_task *task, struct gnp_spectrum *out,
                             struct gnp_error *error)
 {
 	struct gnp_poisson_options screened = *options;
-	struct gnp_poisson *poisson = NULL;
 	struct gnp_spectrum spectrum = {.count = 0};
 	gnp_status status = gnp_spectrum_check(count, cloud->count, error);
 	if (status != GNP_OK)
@@ -310,18 +358,11 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 	if (status != GNP_OK)
 		return status;
 	screened.fixed = NULL;
-	status = gnp_poisson_prepare(cloud, &screened, pool, task, &poisson, error);
-	if (status == GNP_OK)
-		status = find(poisson, screened.screening, count, tolerance, pool, task, &spectrum, error);
-	if (status == GNP_OK)
-		status = gnp_spectrum_believe(&spectrum, poisson, screened.screening, gnp_task_warnings(task), error);
-	if (status == GNP_OK)
-		spectrum.surface = gnp_domain_facts(gnp_poisson_domain(poisson));
+	status = run_on(cloud, &screened, count, tolerance, pool, task, &spectrum, error);
 	if (status == GNP_OK)
 		*out = spectrum;
 	else
 		gnp_spectrum_clear(&spectrum);
-	gnp_poisson_release(poisson);
 	return status;
 }
 

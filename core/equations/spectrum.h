@@ -13,6 +13,8 @@ struct gnp_spectrum {
 	double *vector;    /* (count, points) in the cloud's order, unit length when points weigh by their area; points the filter dropped have the local fit's value */
 	double *residual;  /* (count) ||(sigma - Delta)^-1 v - v / (value + sigma)|| (value + sigma) */
 	size_t solves;
+	int system;          /* enum gnp_system: as asked for, or chosen */
+	const char *why;     /* it was chosen; NULL: it was asked for */
 	struct gnp_domain_facts surface;
 };
 

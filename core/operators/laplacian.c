@@ -6,6 +6,7 @@
 #include "core/cloud/farthest.h"
 #include "core/fit/taylor.h"
 #include "core/operators/operator_check.h"
+#include "core/operators/weak.h"
 
 enum { NEIGHBORS_MAX = 500 };
 static const double drop_max = 0.5;
@@ -20,7 +21,7 @@ struct gnp_laplacian_options gnp_laplacian_defaults(void)
  * equations, whose stencils are twice as wide, are spared the price. */
 unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options)
 {
-	return options->degree ? (unsigned)options->degree : options->system == GNP_SYSTEM_SQUARE ? 5 : 4;
+	return options->degree ? (unsigned)options->degree : options->system == GNP_SYSTEM_LEAST_SQUARES ? 4 : 5;
 }
 
 size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options)
@@ -30,7 +31,7 @@ size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options)
 
 static gnp_status check_options(const struct gnp_laplacian_options *options, struct gnp_error *error)
 {
-	if (options->system < GNP_SYSTEM_SQUARE || options->system > GNP_SYSTEM_LEAST_SQUARES)
+	if (options->system < GNP_SYSTEM_AUTO || options->system > GNP_SYSTEM_LEAST_SQUARES)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "system: got %d, need 0..%d", options->system, GNP_SYSTEM_LEAST_SQUARES);
 	if (!(options->drop >= 0 && options->drop <= drop_max))
@@ -55,6 +56,17 @@ static gnp_status choose_kept(const struct gnp_domain *domain, double drop, cons
 	return status;
 }
 
+static gnp_status assemble_weak(const struct gnp_domain *domain, unsigned which, struct gnp_pool *pool,
+                                struct gnp_task *task, struct gnp_collocation *out, struct gnp_error *error)
+{
+	for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
+		if (which & GNP_DERIVATIVE_BIT(d) && d != GNP_DERIVATIVE_LAPLACIAN)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "outputs: got %s, which system=symmetric does not have (square and least_squares do)",
+			                     gnp_derivative_name((enum gnp_derivative)d));
+	return gnp_weak_make(domain, pool, task, out, error);
+}
+
 gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct gnp_laplacian_options *options,
                                   const unsigned char *unknown, struct gnp_pool *pool, struct gnp_task *task,
                                   struct gnp_collocation *out, struct gnp_error *error)
@@ -65,6 +77,8 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	struct gnp_collocation_rule rule = {.degree = gnp_laplacian_degree(options), .neighbors = (size_t)options->neighbors,
 	                                    .which = options->which};
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, domain->prepared.count);
+	if (options->system == GNP_SYSTEM_SYMMETRIC)
+		return assemble_weak(domain, options->which, pool, task, out, error);
 	unsigned char *keep = NULL;
 	if (options->system == GNP_SYSTEM_LEAST_SQUARES) {
 		keep = gnp_array_new(domain->prepared.count, 1);

@@ -5,9 +5,10 @@
 #include "core/operators/collocation.h"
 #include "core/operators/domain.h"
 
-/* square: every point carries an unknown. least_squares (the paper): all points collocate, but a share of them, chosen
- * by farthest points, carries none. */
-enum gnp_system { GNP_SYSTEM_SQUARE, GNP_SYSTEM_LEAST_SQUARES };
+/* auto: square where that can be believed, else symmetric; of matrices alone square. square: collocation, every point
+ * carries an unknown. least_squares (the paper): all points collocate, but a share of them, chosen
+ * by farthest points, carries none. symmetric: the weak Laplacian (weak.h), which holds on any cloud. */
+enum gnp_system { GNP_SYSTEM_AUTO, GNP_SYSTEM_SYMMETRIC, GNP_SYSTEM_SQUARE, GNP_SYSTEM_LEAST_SQUARES };
 
 struct gnp_laplacian_options {
 	struct gnp_domain_options domain;

@@ -7,7 +7,7 @@
 
 #include "core/fit/taylor.h"
 
-const char *const gnp_equation_systems[] = {"square", "least_squares", NULL};
+const char *const gnp_equation_systems[] = {"auto", "symmetric", "square", "least_squares", NULL};
 const char *const gnp_equation_solvers[] = {"auto", "direct", "iterative", NULL};
 const char *const gnp_equation_means[] = {"area", "plain", NULL};
 
@@ -16,6 +16,7 @@ void gnp_equation_defaults(struct gnp_equation_options *options)
 	options->core = gnp_poisson_defaults();
 	options->core.laplacian.domain.estimate = gnp_estimate_defaults();
 	options->core.laplacian.domain.estimate.estimator = GNP_ESTIMATOR_GNP;
+	options->core.laplacian.system = GNP_SYSTEM_AUTO;
 	options->filter = false;
 	strcpy(options->weights, GNP_COMMON_AUTO);
 }
@@ -51,8 +52,11 @@ static double operator_width(size_t points, const struct gnp_poisson_options *op
 {
 	enum { DIRECT_MOST = 250000 };
 	bool direct = options->solver == GNP_SOLVER_DIRECT || (options->solver == GNP_SOLVER_AUTO && points <= DIRECT_MOST);
-	bool square = options->laplacian.system == GNP_SYSTEM_SQUARE;
-	double stencil = (double)gnp_laplacian_neighbors(&options->laplacian), doublings = log2((double)points + 2);
+	enum { EDGES = 9 };
+	bool square = options->laplacian.system != GNP_SYSTEM_LEAST_SQUARES;
+	bool weak = options->laplacian.system == GNP_SYSTEM_SYMMETRIC;
+	double stencil = weak ? EDGES : (double)gnp_laplacian_neighbors(&options->laplacian);
+	double doublings = log2((double)points + 2);
 	if (!direct)
 		return square ? 400 + 50 * doublings + 12 * stencil : 400 + 50 * doublings + 75 * stencil;
 	return square ? 750 + stencil * (19.5 * doublings - 105) : stencil * (31.5 * doublings - 27);
@@ -242,6 +246,8 @@ gnp_status gnp_equation_report(const struct gnp_poisson_info *info, bool found,
 	if (status == GNP_OK)
 		status = gnp_values_add_string(report, "solver", gnp_equation_solvers[info->solver], error);
 	if (status == GNP_OK)
-		status = gnp_values_add_string(report, "system", gnp_equation_systems[options->core.laplacian.system], error);
+		status = gnp_values_add_string(report, "system", gnp_equation_systems[info->system], error);
+	if (status == GNP_OK && info->why)
+		status = gnp_values_add_string(report, "system_because", info->why, error);
 	return status == GNP_OK ? report_numbers(info, report, error) : status;
 }

@@ -33,7 +33,9 @@ extern const char *const gnp_equation_systems[], *const gnp_equation_solvers[], 
 
 #define GNP_EQUATION_SYSTEM(type)                                                                                \
 	{"system", GNP_PARAMETER_CHOICE, offsetof(type, equation.core.laplacian.system), 0, 0, gnp_equation_systems, \
-	 "square: every point an unknown; least_squares: all points collocate, a share of them without unknowns"},   \
+	 "symmetric: finite elements, holds on any cloud, open edges are natural; square: collocation, far more accurate " \
+	 "on closed and well-sampled surfaces; least_squares: all points collocate, a share of them without unknowns; "  \
+	 "auto: square where it can be believed, else symmetric"},                                                        \
 	{"drop", GNP_PARAMETER_NUMBER, offsetof(type, equation.core.laplacian.drop), 0, 0.5, NULL,                   \
 	 "share of points without unknowns, by farthest points (least_squares)"}
 

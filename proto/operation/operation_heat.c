@@ -35,6 +35,7 @@ static void defaults(void *options)
 {
 	struct options *o = options;
 	gnp_equation_defaults(&o->equation);
+	o->equation.core.laplacian.system = GNP_SYSTEM_SYMMETRIC;
 	o->dt = 1e-3;
 	o->steps = 1;
 }

@@ -53,6 +53,7 @@ static void defaults(void *options)
 {
 	struct options *o = options;
 	gnp_equation_defaults(&o->equation);
+	o->equation.core.laplacian.system = GNP_SYSTEM_SQUARE;
 	o->outputs = (UINT64_C(1) << VALUE) - 1;
 }
 
@@ -69,7 +70,7 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 		return GNP_ROWS_OTHER; /* a stencil a row */
 	if (extent == -3)
 		return call->points + 1;
-	return !o->filter && o->core.laplacian.system == GNP_SYSTEM_SQUARE ? call->points : GNP_ROWS_OPEN;
+	return !o->filter && o->core.laplacian.system != GNP_SYSTEM_LEAST_SQUARES ? call->points : GNP_ROWS_OPEN;
 }
 
 static unsigned derivatives(uint64_t wanted)

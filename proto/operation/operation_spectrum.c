@@ -25,6 +25,7 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 static const struct gnp_parameter parameters[] = {
 	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL, "how many of the lowest"},
 	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), 1e-12, 0.1, NULL, "of the residuals"},
+	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
 	GNP_EQUATION_DISCRETISATION(struct options),
 	GNP_COMMON_OUTPUTS(struct options),
@@ -90,6 +91,10 @@ static gnp_status add_report(const struct gnp_spectrum *spectrum, const struct o
 	gnp_status status = gnp_common_report(&facts, estimate, report, error);
 	if (status == GNP_OK)
 		status = gnp_values_add_integer(report, "solves", (int64_t)spectrum->solves, error);
+	if (status == GNP_OK)
+		status = gnp_values_add_string(report, "system", gnp_equation_systems[spectrum->system], error);
+	if (status == GNP_OK && spectrum->why)
+		status = gnp_values_add_string(report, "system_because", spectrum->why, error);
 	return status == GNP_OK ? gnp_equation_report_end(spectrum->surface, task, report, error) : status;
 }
 

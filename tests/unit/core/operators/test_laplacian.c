@@ -219,8 +219,11 @@ static void bad_options_and_clouds_are_refused_by_name(void)
 	o.neighbors = -1;
 	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "neighbors: got -1, need 0..500");
 	o = good;
-	o.system = 2;
-	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "system: got 2, need 0..1");
+	o.system = 7;
+	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "system: got 7, need 0..3");
+	o.system = GNP_SYSTEM_SYMMETRIC;
+	o.which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_X);
+	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "outputs: got gradient_x, which system=symmetric does not have");
 	o = good;
 	o.domain.estimate.k = 5;
 	refuse(&cloud, &o, GNP_INVALID_ARGUMENT, "k: got 5, need 12..500");

@@ -1,0 +1,58 @@
+#include "core/operators/weak.h"
+
+#include "core/base/memory.h"
+#include "core/cells/volume.h"
+
+/* Row i of -M^-1 S at its place; the diagonal among its neighbours. */
+static void write_row(const struct gnp_stiffness *s, size_t i, double mass, struct gnp_collocation *out)
+{
+	double *value = out->value[GNP_DERIVATIVE_LAPLACIAN];
+	size_t at = out->row_offsets[i], e = s->start[i];
+	for (; e < s->start[i + 1] && s->column[e] < i; e++, at++) {
+		out->column[at] = s->column[e];
+		value[at] = s->value[e] / mass;
+	}
+	out->column[at] = (uint32_t)i;
+	value[at++] = -s->diagonal[i] / mass;
+	for (; e < s->start[i + 1]; e++, at++) {
+		out->column[at] = s->column[e];
+		value[at] = s->value[e] / mass;
+	}
+	out->row_offsets[i + 1] = at;
+}
+
+static gnp_status allocate(size_t count, size_t entries, struct gnp_collocation *out, struct gnp_error *error)
+{
+	*out = (struct gnp_collocation){.rows = count, .columns = count,
+	                                .row_offsets = gnp_array_new(count + 1, sizeof *out->row_offsets),
+	                                .column = gnp_array_new(entries, sizeof *out->column),
+	                                .kept = gnp_array_new(count, sizeof *out->kept)};
+	out->value[GNP_DERIVATIVE_LAPLACIAN] = gnp_array_new(entries, sizeof(double));
+	if (out->row_offsets && out->column && out->kept && out->value[GNP_DERIVATIVE_LAPLACIAN])
+		return GNP_OK;
+	return gnp_no_memory("laplacian", count, "points", error);
+}
+
+gnp_status gnp_weak_make(const struct gnp_domain *domain, struct gnp_pool *pool, struct gnp_task *task,
+                         struct gnp_collocation *out, struct gnp_error *error)
+{
+	size_t count = domain->prepared.count;
+	struct gnp_stiffness stiffness;
+	struct gnp_collocation made;
+	gnp_status status = gnp_volume_stiffness(&domain->prepared, pool, task, &stiffness, error);
+	if (status != GNP_OK)
+		return status;
+	status = allocate(count, stiffness.start[count] + count, &made, error);
+	if (status == GNP_OK)
+		made.row_offsets[0] = 0;
+	for (size_t i = 0; i < count && status == GNP_OK; i++) {
+		write_row(&stiffness, i, domain->area[i], &made);
+		made.kept[i] = (uint32_t)i;
+	}
+	gnp_stiffness_clear(&stiffness);
+	if (status == GNP_OK)
+		*out = made;
+	else
+		gnp_collocation_clear(&made);
+	return status;
+}
