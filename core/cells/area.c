@@ -30,7 +30,10 @@ static gnp_status measure_chunk(void *context, size_t begin, size_t end, struct 
 		size_t at = found.start[i - begin], count = found.start[i - begin + 1] - at;
 		double last = found.distance[at + count - 1];
 		struct gnp_star star;
-		gnp_star_make(prepared->points, prepared->normals, i, found.index + at, count, &star);
+		const uint32_t *row;
+		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+		status = gnp_star_find(prepared, i, found.index + at, count, scratch, &row, &star, error);
+		gnp_scratch_release(scratch, mark);
 		work->area[i] = star.area > 0 ? star.area : fmax(last * last, 1e-300);
 		if (star.open)
 			atomic_fetch_add_explicit(&work->open, 1, memory_order_relaxed);

@@ -6,14 +6,15 @@
 #include "core/base/vector.h"
 #include "core/cells/polygon.h"
 #include "core/cloud/patch.h"
+#include "core/search/neighborhoods.h"
 
 /* Neighbours of one sheet, and not at the centre. */
 struct fan {
 	size_t count;
-	double x[GNP_CELL_NEIGHBORS], y[GNP_CELL_NEIGHBORS];
-	double away[GNP_CELL_NEIGHBORS][3]; /* from the centre */
-	uint32_t position[GNP_CELL_NEIGHBORS];
-	double lift[GNP_CELL_NEIGHBORS]; /* in [0, 1), of the point alone: breaks ties */
+	double x[GNP_STAR_NEIGHBORS], y[GNP_STAR_NEIGHBORS];
+	double away[GNP_STAR_NEIGHBORS][3]; /* from the centre */
+	uint32_t position[GNP_STAR_NEIGHBORS];
+	double lift[GNP_STAR_NEIGHBORS]; /* in [0, 1), of the point alone: breaks ties */
 	double nearest, farthest;
 };
 
@@ -27,7 +28,7 @@ static double lift_of(uint32_t point)
 }
 
 static void unroll(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
-                   struct fan *fan)
+                   double steep, struct fan *fan)
 {
 	static const double COINCIDENT = 1e-9, UPRIGHT = 1e-3; /* of the way to the farthest; of the distance */
 	const double *o = points + 3 * centre, *n = normals + 3 * centre;
@@ -37,11 +38,11 @@ static void unroll(const double *points, const double *normals, size_t centre, c
 	gnp_tangents_of(n, tangents);
 	fan->count = 0;
 	fan->nearest = fan->farthest = 0;
-	for (size_t j = 0; j < count && fan->count < GNP_CELL_NEIGHBORS; j++) {
+	for (size_t j = 0; j < count && fan->count < GNP_STAR_NEIGHBORS; j++) {
 		const double *p = points + 3 * (size_t)index[j], d[3] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]};
 		double x = gnp_dot(d, tangents[0]), y = gnp_dot(d, tangents[1]), flat = hypot(x, y), far = sqrt(gnp_dot(d, d));
 		if (index[j] == centre || !gnp_same_sheet(n, normals + 3 * (size_t)index[j]) || !(flat > UPRIGHT * far) ||
-		    far <= least)
+		    far <= least || fabs(gnp_dot(d, n)) > steep * flat)
 			continue;
 		size_t k = fan->count++;
 		fan->x[k] = x * far / flat;
@@ -107,21 +108,56 @@ static void add_triangle(const struct fan *fan, size_t k, size_t l, struct gnp_s
 	double cross = sqrt(gnp_dot(normal, normal)), least = SLIVER * sqrt(gnp_dot(a, a) * gnp_dot(b, b));
 	cross = fmax(cross, least);
 	size_t to_a = edge_of(fan, k, out), to_b = edge_of(fan, l, out);
+	out->corner[out->triangles][0] = (uint8_t)to_a;
+	out->corner[out->triangles++][1] = (uint8_t)to_b;
 	double at_a = cotangent(a, b, cross), at_b = cotangent(b, a, cross);
 	out->weight[to_a] += at_b / 2;
 	out->weight[to_b] += at_a / 2;
 	out->area += share_of(a, b, at_a, at_b, cross);
 }
 
-void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
-                   struct gnp_star *out)
+/* The strip between the outermost points and the rim, if they lie within it at random: then the rim is ragged, and as
+ * far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it (measured
+ * on random points). Points on the rim itself lie in line. At corners there is no saying. */
+static double strip_of(const double before[3], const double after[3])
+{
+	static const double AWAY = 1.75, STRAIGHT = -0.5; /* cosine */
+	const double d[3] = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
+	double a = sqrt(gnp_dot(before, before)), b = sqrt(gnp_dot(after, after)), across[3];
+	if (gnp_dot(before, after) > STRAIGHT * a * b)
+		return 0;
+	gnp_cross(before, d, across);
+	return AWAY * sqrt(gnp_dot(across, across) / gnp_dot(d, d)) * (a + b) / 2;
+}
+
+/* The only gap of an open star lies between two members. */
+static void add_strip(const struct fan *fan, const struct gnp_polygon *polygon, struct gnp_star *out)
+{
+	const double *before = NULL, *after = NULL;
+	size_t gaps = 0;
+	for (size_t i = 0; i < polygon->count; i++) {
+		uint32_t k = polygon->cutter[i], l = polygon->cutter[i + 1 < polygon->count ? i + 1 : 0];
+		if (k != GNP_POLYGON_OUTER && l == GNP_POLYGON_OUTER) {
+			before = fan->away[k];
+			gaps++;
+		}
+		if (k == GNP_POLYGON_OUTER && l != GNP_POLYGON_OUTER)
+			after = fan->away[l];
+	}
+	if (gaps == 1 && before != after)
+		out->area += strip_of(before, after);
+}
+
+/* steep: neighbours higher over the tangent plane, by the distance within it, are none. */
+static void make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
+                 double steep, struct gnp_star *out)
 {
 	struct fan fan;
 	struct gnp_polygon polygon;
 	*out = (struct gnp_star){.open = true};
 	if (count == 0)
 		return;
-	unroll(points, normals, centre, index, count, &fan);
+	unroll(points, normals, centre, index, count, steep, &fan);
 	if (fan.count == 0)
 		return;
 	cut_all(&fan, lift_of((uint32_t)centre), &polygon);
@@ -134,4 +170,51 @@ void gnp_star_make(const double *points, const double *normals, size_t centre, c
 		else if (k != l)
 			add_triangle(&fan, k, l, out);
 	}
+	add_strip(&fan, &polygon, out);
+}
+
+/* Where a star stays open there is nobody between its point and another sheet that faces the same way: what is steep is
+ * not of this one. */
+void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
+                   struct gnp_star *out)
+{
+	static const double STEEP = 0.4;
+	make(points, normals, centre, index, count, INFINITY, out);
+	if (out->open)
+		make(points, normals, centre, index, count, STEEP, out);
+}
+
+/* Whether all that is near is of one row: neighbours lie along the way to the farthest. */
+static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count)
+{
+	static const double ACROSS = 0.05; /* of squares; a quarter along a rim */
+	const double *o = prepared->points + 3 * centre, *far = prepared->points + 3 * (size_t)index[count - 1];
+	const double along[3] = {far[0] - o[0], far[1] - o[1], far[2] - o[2]};
+	double length = gnp_dot(along, along), all = 0, within = 0;
+	for (size_t j = 0; j < count; j++) {
+		const double *p = prepared->points + 3 * (size_t)index[j], d[3] = {p[0] - o[0], p[1] - o[1], p[2] - o[2]};
+		double part = gnp_dot(d, along);
+		all += gnp_dot(d, d);
+		within += length > 0 ? part * part / length : 0;
+	}
+	return all - within < ACROSS * all;
+}
+
+gnp_status gnp_star_find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
+                         struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
+                         struct gnp_error *error)
+{
+	uint32_t self = (uint32_t)centre;
+	struct gnp_neighborhoods found;
+	size_t wide = GNP_STAR_NEIGHBORS + 1 < prepared->count ? GNP_STAR_NEIGHBORS + 1 : prepared->count;
+	*row = index;
+	gnp_star_make(prepared->points, prepared->normals, centre, index, count, out);
+	if (!out->open || wide <= count || !is_in_a_row(prepared, centre, index, count))
+		return GNP_OK;
+	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, &self, 1, wide, 1, wide, scratch, &found, error);
+	if (status != GNP_OK)
+		return status;
+	*row = found.index;
+	gnp_star_make(prepared->points, prepared->normals, centre, found.index, found.start[1], out);
+	return GNP_OK;
 }

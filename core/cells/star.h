@@ -13,18 +13,32 @@
 #include <stdint.h>
 
 #include "core/cells/cell.h"
+#include "core/cloud/prepare.h"
+
+enum { GNP_STAR_NEIGHBORS = 160 }; /* nearest points that are looked at, at most */
 
 struct gnp_star {
 	size_t edges;
 	uint32_t neighbor[GNP_CELL_EDGES_MAX]; /* (edges) position in `index` */
 	double weight[GNP_CELL_EDGES_MAX];     /* (edges) half the sum of the cotangents of the angles across; may be < 0 */
-	/* The point's part of the triangles, by the mixed cells of Meyer et al. 2003 [length^2]; 0: there are none. */
+	/* The point's part of the triangles, by the mixed cells of Meyer et al. 2003, and of a strip along a ragged rim
+	 * [length^2]; 0: there are none. */
 	double area;
+	size_t triangles;
+	uint8_t corner[GNP_CELL_EDGES_MAX][2]; /* (triangles) with the edges to the other two, in turn about the normal */
 	bool open;   /* the triangles do not close around the point */
 };
 
-/* As gnp_cell_make. Of points that lie on one circle, as on grids, the same diagonals are taken from every side. */
+/* As gnp_cell_make; index: up to GNP_STAR_NEIGHBORS. Of points that lie on one circle, as on grids, the same diagonals
+ * are taken from every side. */
 void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
                    struct gnp_star *out);
+
+/* The same of a cloud, given the row of its nearest GNP_CELL_NEIGHBORS and itself: where they do not close the star and
+ * lie in rows, more are searched for. *row: what out's positions are in, index or a longer row in scratch.
+ * GNP_OUT_OF_MEMORY. */
+gnp_status gnp_star_find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
+                         struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
+                         struct gnp_error *error);
 
 #endif

@@ -39,8 +39,12 @@ static gnp_status cells_chunk(void *context, size_t begin, size_t end, struct gn
 		const uint32_t *index = found.index + found.start[i - begin];
 		struct gnp_star star;
 		size_t count = found.start[i - begin + 1] - found.start[i - begin];
-		gnp_star_make(prepared->points, prepared->normals, i, index, count, &star);
-		take_edges(&star, index, work->neighbor + i * EDGES, work->weight + i * EDGES);
+		const uint32_t *row;
+		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+		status = gnp_star_find(prepared, i, index, count, scratch, &row, &star, error);
+		if (status == GNP_OK)
+			take_edges(&star, row, work->neighbor + i * EDGES, work->weight + i * EDGES);
+		gnp_scratch_release(scratch, mark);
 	}
 	return status;
 }

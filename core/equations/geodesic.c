@@ -5,21 +5,24 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/base/vector.h"
+#include "core/cells/fans.h"
 #include "core/cells/volume.h"
 #include "core/equations/geodesic_check.h"
 #include "core/linear/components.h"
 #include "core/linear/factor_solve.h"
-#include "core/operators/collocation.h"
 #include "core/operators/operator_check.h"
 
 /* Heat must not underflow across the cloud: exp(-700) is the last double of full precision. */
 static const double longest_way = 500; /* in units of sqrt t */
 
+enum { POINTS_A_CHUNK = 1024 };
+
 struct gnp_geodesic {
 	struct gnp_domain domain;
 	struct gnp_stiffness stiffness;
 	struct gnp_components components;
-	struct gnp_collocation gradient;
+	struct gnp_fans fans;
 	struct gnp_factor *heat, *poisson;
 	double time; /* t [length^2] */
 };
@@ -30,7 +33,7 @@ void gnp_geodesic_free(struct gnp_geodesic *geodesic)
 		return;
 	gnp_factor_free(geodesic->heat);
 	gnp_factor_free(geodesic->poisson);
-	gnp_collocation_clear(&geodesic->gradient);
+	gnp_fans_clear(&geodesic->fans);
 	gnp_components_clear(&geodesic->components);
 	gnp_stiffness_clear(&geodesic->stiffness);
 	gnp_domain_clear(&geodesic->domain);
@@ -39,10 +42,9 @@ void gnp_geodesic_free(struct gnp_geodesic *geodesic)
 
 size_t gnp_geodesic_bytes(const struct gnp_geodesic *geodesic)
 {
-	struct gnp_csr one = gnp_collocation_view(&geodesic->gradient, GNP_DERIVATIVE_GRADIENT_X);
 	size_t edges = geodesic->stiffness.start[geodesic->stiffness.count];
 	return sizeof *geodesic + gnp_domain_bytes(&geodesic->domain) + gnp_factor_bytes(geodesic->heat) + gnp_factor_bytes(geodesic->poisson) +
-	       3 * gnp_csr_bytes(&one) + edges * 12 + geodesic->domain.prepared.count * 40;
+	       gnp_fans_bytes(&geodesic->fans) + edges * 12 + geodesic->domain.prepared.count * 40;
 }
 
 const struct gnp_domain *gnp_geodesic_domain(const struct gnp_geodesic *geodesic)
@@ -117,9 +119,6 @@ static gnp_status make_factors(struct gnp_geodesic *geodesic, struct gnp_pool *p
 static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, struct gnp_pool *pool,
                        struct gnp_task *task, struct gnp_geodesic *geodesic, struct gnp_error *error)
 {
-	const struct gnp_collocation_rule rule = {
-		.degree = 2, .which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_X) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Y) |
-		                      GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_GRADIENT_Z)};
 	gnp_status status = gnp_domain_make(cloud, options, pool, task, &geodesic->domain, error);
 	if (status == GNP_OK)
 		status = gnp_domain_check_distinct(&geodesic->domain, error);
@@ -127,9 +126,8 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
 	if (status == GNP_OK)
 		status = gnp_volume_stiffness(&geodesic->domain.prepared, pool, task, &geodesic->stiffness, error);
 	if (status == GNP_OK)
-		status = gnp_collocation_make(&geodesic->domain.prepared, &rule, pool, task, &geodesic->gradient, error);
+		status = gnp_fans_make(&geodesic->domain.prepared, pool, task, &geodesic->fans, error);
 	if (status == GNP_OK) {
-		gnp_operator_check_stencils(&geodesic->gradient, rule.degree, gnp_task_warnings(task));
 		gnp_operator_check_crossings(&geodesic->domain.prepared, &geodesic->stiffness, gnp_task_warnings(task));
 		geodesic->time = flow_time(&geodesic->domain);
 		status = make_factors(geodesic, pool, task, error);
@@ -161,6 +159,7 @@ struct flow {
 	double *u;             /* (points) heat, then -sqrt(t) log of it, then the distance */
 	double *field;         /* (3, points) unit directions */
 	double *flux;          /* (points) */
+	double *least;         /* (components) */
 };
 
 static gnp_status mark_sources(const uint32_t *sources, size_t count, struct flow *flow, struct gnp_error *error)
@@ -208,26 +207,62 @@ static gnp_status let_heat_flow(struct flow *flow, struct gnp_pool *pool, struct
 	return status;
 }
 
-static gnp_status find_directions(struct flow *flow, struct gnp_pool *pool, struct gnp_error *error)
+/* 2 area grad u of a triangle, by its corners' values. */
+static void add_gradient(const struct flow *flow, const uint32_t corner[3], double sum[3])
 {
-	const struct gnp_geodesic *geodesic = flow->geodesic;
-	size_t n = geodesic->domain.prepared.count;
-	for (int c = 0; c < 3; c++) {
-		struct gnp_csr matrix = gnp_collocation_view(&geodesic->gradient, GNP_DERIVATIVE_GRADIENT_X + c);
-		gnp_status status = gnp_csr_multiply(&matrix, flow->u, flow->field + (size_t)c * n, pool, NULL, error);
-		if (status != GNP_OK)
-			return status;
+	const double *points = flow->geodesic->domain.prepared.points, *o = points + 3 * (size_t)corner[0];
+	double p[3], q[3], normal[3];
+	for (int k = 0; k < 3; k++) {
+		p[k] = points[3 * (size_t)corner[1] + (size_t)k] - o[k];
+		q[k] = points[3 * (size_t)corner[2] + (size_t)k] - o[k];
 	}
-	for (size_t i = 0; i < n; i++) {
-		double *x = flow->field + i, length = sqrt(x[0] * x[0] + x[n] * x[n] + x[2 * n] * x[2 * n]);
-		for (int c = 0; c < 3; c++) /* at a source all directions lead away */
-			x[(size_t)c * n] = length > 0 && !flow->source[i] ? x[(size_t)c * n] / length : 0;
+	gnp_cross(p, q, normal);
+	double pp = gnp_dot(p, p), pq = gnp_dot(p, q), qq = gnp_dot(q, q), cross = sqrt(gnp_dot(normal, normal));
+	double du = flow->u[corner[1]] - flow->u[corner[0]], dv = flow->u[corner[2]] - flow->u[corner[0]];
+	if (!(cross > 1e-3 * sqrt(pp * qq)))
+		return;
+	for (int k = 0; k < 3; k++)
+		sum[k] += ((du * qq - dv * pq) * p[k] + (dv * pp - du * pq) * q[k]) / cross;
+}
+
+/* Unit directions of steepest ascent, means over each point's triangles; at a source all directions lead away. */
+static gnp_status directions_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
+                                   struct gnp_error *error)
+{
+	struct flow *flow = context;
+	const struct gnp_fans *fans = &flow->geodesic->fans;
+	size_t n = fans->count;
+	(void)scratch, (void)error;
+	for (size_t i = begin; i < end; i++) {
+		double sum[3] = {0};
+		for (size_t t = fans->start[i]; t < fans->start[i + 1] && is_reached(flow, i) && !flow->source[i]; t++)
+			add_gradient(flow, (uint32_t[3]){(uint32_t)i, fans->corner[t][0], fans->corner[t][1]}, sum);
+		double length = sqrt(gnp_dot(sum, sum));
+		for (size_t c = 0; c < 3; c++)
+			flow->field[c * n + i] = length > 0 ? sum[c] / length : 0;
 	}
 	return GNP_OK;
 }
 
-/* -div X over each cell: what flows in across the edges. From a source itself to a neighbour it is the edge's own
- * direction. */
+static bool is_one_of_several(const struct flow *flow, size_t source)
+{
+	const struct gnp_stiffness *stiffness = &flow->geodesic->stiffness;
+	for (size_t e = stiffness->start[source]; e < stiffness->start[source + 1]; e++)
+		if (flow->source[stiffness->column[e]])
+			return true;
+	return false;
+}
+
+/* Along the edge from i to j, one of which is a source, without a direction of its own: that of the other end counts,
+ * along being its part; but a source alone is a point, from which the edge's own length leads away. */
+static double way_from(const struct flow *flow, size_t i, size_t j, double along, double length)
+{
+	if (is_one_of_several(flow, flow->source[i] ? i : j))
+		return along;
+	return flow->source[i] ? length : -length;
+}
+
+/* -div X over each cell: what flows in across the edges. */
 static void sum_flux(struct flow *flow)
 {
 	const struct gnp_stiffness *stiffness = &flow->geodesic->stiffness;
@@ -244,17 +279,70 @@ static void sum_flux(struct flow *flow)
 				square += d * d;
 			}
 			if (flow->source[i] != flow->source[j])
-				along = flow->source[i] ? sqrt(square) : -sqrt(square);
+				along = way_from(flow, i, j, 2 * along, sqrt(square));
 			flow->flux[i] -= stiffness->value[e] * along;
 		}
 	}
+}
+
+/* ---- Several sources ---- */
+
+/* Rows of sources are those of the identity, as gnp_volume_matrix made them; leaves their columns out of other rows. */
+static void drop_columns(const unsigned char *source, struct gnp_csr *matrix)
+{
+	size_t made = 0, begin = 0;
+	for (size_t i = 0; i < matrix->rows; i++) {
+		size_t end = matrix->row_offsets[i + 1];
+		for (size_t e = begin; e < end; e++) {
+			if (source[matrix->column[e]] && matrix->column[e] != i)
+				continue;
+			matrix->column[made] = matrix->column[e];
+			matrix->value[made++] = matrix->value[e];
+		}
+		begin = end;
+		matrix->row_offsets[i + 1] = made;
+	}
+}
+
+/* Distances are zero at every source: one factor for all requests has a constant to choose, and of several sources it
+ * can be right for one. So these have a factor of their own. */
+static gnp_status solve_pinned(struct flow *flow, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
+{
+	const struct gnp_geodesic *geodesic = flow->geodesic;
+	const struct gnp_stiffness *stiffness = &geodesic->stiffness;
+	struct gnp_csr matrix = {.rows = 0};
+	struct gnp_factor_plan plan;
+	struct gnp_factor *factor = NULL;
+	double *added = gnp_array_zero(stiffness->count, sizeof *added);
+	if (!added)
+		return gnp_no_memory("geodesic", stiffness->count, "points", error);
+	for (size_t k = 0; k < geodesic->components.count; k++) {
+		uint32_t anchor = geodesic->components.anchor[k];
+		if (!flow->reached[k])
+			added[anchor] = stiffness->diagonal[anchor] > 0 ? stiffness->diagonal[anchor] : 1;
+	}
+	gnp_status status = gnp_volume_matrix(stiffness, added, flow->source, &matrix, error);
+	free(added);
+	if (status != GNP_OK)
+		return status;
+	drop_columns(flow->source, &matrix);
+	for (size_t i = 0; i < stiffness->count; i++)
+		flow->flux[i] = flow->source[i] ? 0 : flow->flux[i];
+	status = gnp_factor_plan_make(&matrix, true, geodesic->domain.prepared.points, pool, task, &plan, error);
+	if (status == GNP_OK)
+		status = gnp_factor_make_take(&matrix, &plan, pool, task, &factor, error);
+	if (status == GNP_OK)
+		status = gnp_factor_solve(factor, flow->flux, 1, pool, task, error);
+	gnp_factor_free(factor);
+	gnp_csr_clear(&matrix);
+	return status;
 }
 
 /* Each part's distances are zero at its sources, and nowhere less. Leaves them in flow->u, too. */
 static void write_distances(const struct flow *flow, double *distance)
 {
 	const struct gnp_geodesic *geodesic = flow->geodesic;
-	double *least = flow->field; /* no longer needed */
+	double *least = flow->least;
 	size_t n = geodesic->domain.prepared.count;
 	for (size_t k = 0; k < geodesic->components.count; k++)
 		least[k] = INFINITY;
@@ -292,11 +380,11 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 	gnp_status status = check_sources(geodesic, sources, count, error);
 	if (status != GNP_OK)
 		return status;
-	double *block = gnp_array_new(5 * n, sizeof *block);
+	double *block = gnp_array_new(5 * n + geodesic->components.count, sizeof *block);
 	unsigned char *marks = gnp_array_zero(n + geodesic->components.count, 1);
 	struct flow flow = {.geodesic = geodesic};
 	if (block && marks)
-		flow = (struct flow){geodesic, marks, marks + n, block, block + n, block + 4 * n};
+		flow = (struct flow){geodesic, marks, marks + n, block, block + n, block + 4 * n, block + 5 * n};
 	else
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "geodesic: no memory for %zu points", n);
 	gnp_task_stage(task, GNP_STAGE_SOLVE, 0);
@@ -305,10 +393,11 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 	if (status == GNP_OK)
 		status = let_heat_flow(&flow, pool, task, error);
 	if (status == GNP_OK)
-		status = find_directions(&flow, pool, error);
+		status = gnp_pool_run(pool, NULL, n, POINTS_A_CHUNK, directions_chunk, &flow, error);
 	if (status == GNP_OK) {
 		sum_flux(&flow);
-		status = gnp_factor_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
+		status = count > 1 ? solve_pinned(&flow, pool, task, error)
+		                   : gnp_factor_solve(geodesic->poisson, flow.flux, 1, pool, task, error);
 	}
 	if (status == GNP_OK) {
 		write_distances(&flow, distance);

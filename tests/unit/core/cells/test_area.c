@@ -1,5 +1,6 @@
 #include "core/cells/area.h"
 
+#include "core/base/random.h"
 #include "core/shapes/shapes.h"
 #include "tests/unit/test.h"
 
@@ -55,6 +56,33 @@ static void open_surfaces_are_cut_near_their_rim(void)
 	double sum = measured("plane", 4000, 1, &open); /* [-1, 1]^2 */
 	CHECK(open > 150 && open < 600);
 	CHECK_NEAR(sum, 4, 0.2);
+}
+
+/* Of points on its edges and of points at random a square is as large. */
+static void rims_are_where_the_points_say(void)
+{
+	enum { SIDE = 40 };
+	static double points[3 * SIDE * SIDE], normals[3 * SIDE * SIDE], area[SIDE * SIDE];
+	struct gnp_random random;
+	gnp_random_seed(&random, 2, 0);
+	for (int ragged = 0; ragged < 2; ragged++) {
+		double sum = 0;
+		for (size_t i = 0; i < SIDE * SIDE; i++) {
+			const double n[3] = {0, 0, 1};
+			double x = (double)(i % SIDE) / (SIDE - 1), y = (double)(i / SIDE) / (SIDE - 1);
+			const double p[3] = {ragged ? gnp_random_uniform(&random) : x, ragged ? gnp_random_uniform(&random) : y, 0};
+			memcpy(points + 3 * i, p, sizeof p);
+			memcpy(normals + 3 * i, n, sizeof n);
+		}
+		struct gnp_prepared prepared;
+		const struct gnp_cloud cloud = {SIDE * SIDE, points, normals};
+		CHECK(gnp_prepare(&cloud, pool, NULL, &prepared, NULL) == GNP_OK);
+		CHECK(gnp_area_measure(&prepared, pool, NULL, area, NULL, NULL) == GNP_OK);
+		for (size_t i = 0; i < SIDE * SIDE; i++)
+			sum += area[i];
+		CHECK_NEAR(sum, 1, ragged ? 0.01 : 1e-9);
+		gnp_prepared_clear(&prepared);
+	}
 }
 
 static void check_areas(size_t count, const double *points, const double *normals, double *area, size_t *open)
@@ -126,6 +154,7 @@ static void bytes_do_not_depend_on_workers(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(areas_of_closed_surfaces_add_up), TEST(open_surfaces_are_cut_near_their_rim),
+	                                    TEST(rims_are_where_the_points_say),
 	                                    TEST(sheets_and_lonely_points_have_their_own), TEST(the_smallest_clouds_have_areas),
 	                                    TEST(measuring_is_cancelled), TEST(bytes_do_not_depend_on_workers)};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
