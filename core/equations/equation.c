@@ -66,6 +66,17 @@ static void set_identity(struct gnp_csr *matrix, const unsigned char *given)
 			matrix->value[e] = matrix->column[e] == i;
 }
 
+/* For a point that stands all alone, whose row is empty: any number of the rows' kind. */
+static double largest_diagonal(struct gnp_csr *matrix)
+{
+	double largest = 0;
+	for (size_t i = 0; i < matrix->rows; i++) {
+		const double *diagonal = diagonal_of(matrix, i);
+		largest = fmax(largest, diagonal ? fabs(*diagonal) : 0);
+	}
+	return largest > 0 ? largest : 1;
+}
+
 static gnp_status pin(struct gnp_csr *matrix, struct gnp_equation *equation, struct gnp_error *error)
 {
 	gnp_status status = gnp_components_find(matrix, equation->given, &equation->components, error);
@@ -78,6 +89,10 @@ static gnp_status pin(struct gnp_csr *matrix, struct gnp_equation *equation, str
 	for (size_t k = 0; k < equation->components.count; k++) {
 		uint32_t anchor = equation->components.anchor[k];
 		double *diagonal = diagonal_of(matrix, anchor);
+		if (diagonal && *diagonal == 0 && equation->system == GNP_SYSTEM_SYMMETRIC) {
+			equation->pin[k] = *diagonal = largest_diagonal(matrix);
+			continue;
+		}
 		if (!diagonal || !(fabs(*diagonal) > 0))
 			return gnp_error_set(error, GNP_SINGULAR, "system: the equation of unknown %u does not mention it", anchor);
 		equation->pin[k] = *diagonal;

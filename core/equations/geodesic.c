@@ -359,6 +359,34 @@ static void write_distances(const struct flow *flow, double *distance)
 	}
 }
 
+/* No way along a surface is shorter than the straight one to the nearest source. */
+static gnp_status lengthen(const struct flow *flow, double *distance, struct gnp_error *error)
+{
+	const struct gnp_prepared *prepared = &flow->geodesic->domain.prepared;
+	struct gnp_scratch *scratch = gnp_scratch_create();
+	struct gnp_neighbors *tree = NULL;
+	double *sources = gnp_array_new(prepared->count, 3 * sizeof *sources), straight;
+	size_t count = 0;
+	uint32_t nearest;
+	for (size_t i = 0; sources && i < prepared->count; i++)
+		if (flow->source[i])
+			memcpy(sources + 3 * count++, prepared->points + 3 * i, 3 * sizeof *sources);
+	gnp_status status = scratch && sources ? gnp_neighbors_build(sources, count, &tree, error)
+	                                       : gnp_no_memory("geodesic", prepared->count, "points", error);
+	for (size_t i = 0; i < prepared->count && status == GNP_OK; i++) {
+		double *d = distance + prepared->order[i];
+		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+		status = gnp_neighbors_knn(tree, prepared->points + 3 * i, 1, 1, &nearest, &straight, scratch, error);
+		gnp_scratch_release(scratch, mark);
+		if (status == GNP_OK && isfinite(*d))
+			*d = fmax(*d, straight);
+	}
+	gnp_neighbors_free(tree);
+	gnp_scratch_free(scratch);
+	free(sources);
+	return status;
+}
+
 static gnp_status check_sources(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count,
                                 struct gnp_error *error)
 {
@@ -401,7 +429,10 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 	}
 	if (status == GNP_OK) {
 		write_distances(&flow, distance);
-		status = gnp_geodesic_check(&geodesic->domain.prepared, &geodesic->stiffness, flow.source, flow.u, pool, task, error);
+		status = gnp_geodesic_check(&geodesic->domain.prepared, &geodesic->stiffness, flow.source, flow.u, pool, task,
+		                            error);
+		if (status == GNP_OK)
+			status = lengthen(&flow, distance, error);
 	}
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	free(block);

@@ -1,5 +1,6 @@
 """No answer is absurd in silence: clouds as people have them are warned of, refused by name, or answered rightly."""
 import array
+import math
 import os
 import subprocess
 import tempfile
@@ -52,30 +53,66 @@ def heights(points):
 
 
 def test_equations_say_what_is_not_to_be_believed():
+    """Of collocation that was asked for."""
     with trained() as server:
         flat, jittered, crossings, rough = field.square(12), field.square(40, 0.3), field.grid_crossings(), field.random_sphere()
         for cloud in (flat, field.open_sphere(), rough):
-            found = kinds(ask(server, "heat", cloud, [("initial", *ones(cloud))], dt=0.01, steps=100))
+            found = kinds(ask(server, "heat", cloud, [("initial", *ones(cloud))], dt=0.01, steps=100, system="square"))
             assert {"heat", "operator"} <= found, found
         for cloud, wanted in ((jittered, "eigenvalues"), (crossings, "eigenvalues"), (rough, "operator")):
-            found = kinds(ask(server, "spectrum", cloud, count=10))
+            found = kinds(ask(server, "spectrum", cloud, count=10, system="square"))
             assert wanted in found and "operator" in found, (wanted, found)
         for cloud in (jittered, field.square(40), field.latitudes()):
             source = column([x - y for x, y in zip(cloud[0::3], cloud[1::3])])
-            found = kinds(ask(server, "poisson", cloud, [("source", *source)]))
+            found = kinds(ask(server, "poisson", cloud, [("source", *source)], system="square"))
             assert found & {"operator", "energy"}, found
-        mask = array.array("B", field.square_edge(40))
-        found = kinds(ask(server, "geodesic", field.square(40), [("sources", [1600], "BOOL", mask)]))
-        assert "distance" in found, found
         assert "distance" in kinds(ask(server, "geodesic", field.scan_lines(0, 160, 20), source=1680))
-        assert "crossings" in kinds(ask(server, "geodesic", field.roll(5)))
+        assert "sheets" in kinds(ask(server, "geodesic", field.roll(5)))
         assert kinds(ask(server, "laplacian", field.roll(5))) & {"stencils", "crossings"}
+
+
+def test_equations_hold_where_collocation_does_not():
+    """By themselves they take the operator that holds, and say why."""
+    pi2 = 9.8696044010893586
+
+    def solved(operation, cloud, *inputs, **parameters):
+        response = ask(server, operation, cloud, inputs, **parameters)
+        assert not kinds(response) - {"rows", "mean"}, (operation, response.headers)
+        return harness.parse_infer(response)
+
+    with trained() as server:
+        for cloud in (field.square(12), field.open_sphere(), field.random_sphere(), field.scan_lines(0, 160, 20), field.roll(5)):
+            response = ask(server, "heat", cloud, [("initial", *ones(cloud))], dt=0.01, steps=100)
+            u = harness.parse_infer(response)[1]["solution"]
+            assert max(abs(x - 1) for x in u) < 1e-10, (min(u), max(u))
+        for cloud, wanted, off in ((field.square(40, 0.3), [0, pi2, pi2, 2 * pi2, 4 * pi2, 4 * pi2], 0.05),
+                                   (field.random_sphere(), [0, 2, 2, 2, 6, 6, 6, 6, 6], 0.04),
+                                   (field.grid_crossings(), [0, 2, 2, 2, 6, 6, 6, 6, 6], 0.04)):
+            head, outputs = solved("spectrum", cloud, count=len(wanted))
+            assert head["parameters"]["system"] == "symmetric" and head["parameters"]["system_because"], head
+            for got, want in zip(outputs["eigenvalues"], wanted):
+                assert abs(got - want) < off * max(want, 1), (got, wanted)
+        cloud = field.square(40)
+        head, outputs = solved("poisson", cloud, ("source", *column([pi2 * math.cos(math.pi * x) for x in cloud[0::3]])))
+        assert head["parameters"]["system_because"] == "the surface is open", head
+        assert max(abs(u - math.cos(math.pi * x)) for u, x in zip(outputs["solution"], cloud[0::3])) < 0.02
+        even = field.sphere(3000)
+        head, _ = solved("spectrum", even, count=4)
+        assert head["parameters"]["system"] == "square", head
+        head, outputs = solved("geodesic", cloud, ("sources", [1600], "BOOL", array.array("B", field.square_edge(40))))
+        wanted = [min(x, 1 - x, y, 1 - y) for x, y in zip(cloud[0::3], cloud[1::3])]
+        assert sum(abs(d - w) for d, w in zip(outputs["distance"], wanted)) < 0.04 * sum(wanted)
+        lines = field.scan_lines(0, 160, 20)
+        outputs = harness.parse_infer(ask(server, "geodesic", lines, source=1680))[1]
+        for i, d in enumerate(outputs["distance"]):
+            straight = math.dist(lines[3 * i:3 * i + 3], lines[3 * 1680:3 * 1680 + 3])
+            assert straight * (1 - 1e-9) <= d <= 1.1 * straight + 1e-9, (i, d, straight)
 
 
 def test_an_operator_that_is_kept_warns_again():
     with trained() as server:
         cloud = field.random_sphere()
-        answers = [ask(server, "poisson", cloud, [("source", *heights(cloud))]) for _ in range(2)]
+        answers = [ask(server, "poisson", cloud, [("source", *heights(cloud))], system="square") for _ in range(2)]
         assert [harness.parse_infer(a)[0]["parameters"]["operator_kept"] for a in answers] == [False, True]
         first, second = (kinds(a) for a in answers)
         assert "operator" in first and first == second, (first, second)
@@ -143,19 +180,20 @@ def test_the_command_line_says_it_on_standard_error():
     warned("precision", "estimate", array.array("d", field.national_grid()))
     warned("dropped", "filter", field.noisy_sphere(), "--weights", "fit_outlier_50k", "--alpha", "0.1")
     flat = field.square(12)
-    warned("heat", "heat", flat, "--dt", "0.01", "--steps", "100", columns=[("initial", [1.0] * 144)])
-    warned("eigenvalues", "spectrum", field.square(40, 0.3))
-    warned("eigenvalues", "spectrum", field.grid_crossings())
-    warned("operator", "spectrum", field.random_sphere(), "--count", "25")
+    square = ("--system", "square")
+    warned("heat", "heat", flat, "--dt", "0.01", "--steps", "100", *square, columns=[("initial", [1.0] * 144)])
+    warned("eigenvalues", "spectrum", field.square(40, 0.3), *square)
+    warned("eigenvalues", "spectrum", field.grid_crossings(), *square)
+    warned("operator", "spectrum", field.random_sphere(), "--count", "25", *square)
     warned("distance", "geodesic", field.scan_lines(0, 160, 20), "--source", "1680")
-    warned("crossings", "geodesic", field.roll(5))
+    warned("sheets", "geodesic", field.roll(5))
     warned("rows", "estimate", field.latitudes())
-    warned("distance", "geodesic", field.square(40), columns=[("sources", field.square_edge(40))])
+    assert run("geodesic", field.square(40), columns=[("sources", field.square_edge(40))]) == (0, "")
     warned("stencils", "laplacian", field.roll(5))
     for cloud in (field.open_sphere(), field.random_sphere()):
-        warned("heat", "heat", cloud, "--dt", "0.01", "--steps", "100", columns=[("initial", [1.0] * (len(cloud) // 3))])
+        warned("heat", "heat", cloud, "--dt", "0.01", "--steps", "100", *square, columns=[("initial", [1.0] * (len(cloud) // 3))])
     for cloud in (field.square(40), field.square(40, 0.3), field.latitudes()):
-        warned("operator", "poisson", cloud, columns=[("source", [x - y for x, y in zip(cloud[0::3], cloud[1::3])])])
+        warned("operator", "poisson", cloud, *square, columns=[("source", [x - y for x, y in zip(cloud[0::3], cloud[1::3])])])
     twice = field.sphere(500) * 2
     for operation, columns in (("laplacian", []), ("geodesic", []), ("spectrum", []), ("poisson", [("source", twice[2::3])])):
         code, said = run(operation, twice, columns=columns)

@@ -175,6 +175,30 @@ static void open_edges_are_natural(void)
 	gnp_poisson_release(poisson);
 }
 
+/* Nothing flows to or from a point that is far from all others: what it is given it keeps, and of its source nothing is
+ * left. */
+static void lone_points_keep_to_themselves(void)
+{
+	static double points[3 * 1601], f[1601], u[1601];
+	size_t n = make_cloud(GRID, points);
+	for (size_t c = 0; c < 3; c++)
+		points[3 * n + c] = c == 2 ? 40 : 0.5;
+	const struct gnp_cloud cloud = {n + 1, points, NULL};
+	struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
+	struct gnp_poisson *poisson = NULL;
+	for (size_t i = 0; i <= n; i++)
+		f[i] = i == n ? 7 : cos(3.14159265358979 * points[3 * i]);
+	CHECK(gnp_poisson_prepare(&cloud, &options, pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_poisson_solve(poisson, f, NULL, 1, pool, NULL, u, NULL, NULL) == GNP_OK);
+	CHECK_NEAR(u[n], 0, 1e-12);
+	CHECK_NEAR(u[0], 1 / 9.8696044010893586, 1e-3);
+	gnp_poisson_release(poisson);
+	CHECK(gnp_heat_prepare(&cloud, &options, 0.1, pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_heat_step(poisson, 0.1, 3, NULL, NULL, 1, pool, NULL, f, NULL) == GNP_OK);
+	CHECK_NEAR(f[n], 7, 1e-9);
+	gnp_poisson_release(poisson);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
@@ -182,6 +206,7 @@ int main(int argc, char **argv)
 		TEST(heat_stays_between_its_least_and_its_most),
 		TEST(eigenvalues_are_real_and_those_of_the_surface),
 		TEST(open_edges_are_natural),
+		TEST(lone_points_keep_to_themselves),
 	};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
 	int failed = RUN_TESTS(tests);
