@@ -33,7 +33,7 @@ static void show_node(const struct work *work, const struct gnp_weighted_piece *
 		double u = gnp_dot(d, support->frame[0]), v = gnp_dot(d, support->frame[1]);
 		double surface = gnp_taylor_jet(GNP_TAYLOR_DEGREE, fit->coefficients, u, v).f;
 		size_t row = work->prepared->order[support->member[m]];
-		work->out->weight[row] = fit->weight[node] / support->weight[node];
+		work->out->weight[row] = fmin(1, fit->weight[node] / support->weight[node]); /* the least of all is added */
 		work->out->height[row] = (gnp_dot(d, support->frame[2]) - surface) * support->radius;
 	}
 }
@@ -74,11 +74,9 @@ static gnp_status fit(void *context, size_t begin, size_t end, struct gnp_scratc
 static gnp_status allocate(size_t count, struct gnp_patch_view *out, struct gnp_error *error)
 {
 	*out = (struct gnp_patch_view){.count = count, .weight = gnp_array_zero(count, sizeof *out->weight),
-	                          .height = gnp_array_new(count, sizeof *out->height)};
+	                          .height = gnp_array_zero(count, sizeof *out->height)};
 	if (!out->weight || !out->height)
 		return gnp_no_memory("patch", count, "points", error);
-	for (size_t i = 0; i < count; i++)
-		out->height[i] = NAN;
 	return GNP_OK;
 }
 

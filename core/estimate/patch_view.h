@@ -17,7 +17,7 @@
 struct gnp_patch_view {
 	size_t count;
 	double *weight;   /* (n) in [0, 1]: of each point in the fit; 0 beyond the support */
-	double *height;   /* (n) above the fitted surface, along its frame's third axis [length]; NaN beyond the support */
+	double *height;   /* (n) above the fitted surface, along its frame's third axis [length]; 0 beyond the support */
 	double normal[3]; /* of the surface at the point, outward as estimates are */
 	double scale;     /* radius of the disk whose points lie as far away as those that count [length] */
 	double radius;    /* of the support [length] */

@@ -20,7 +20,7 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[WEIGHT] = {"weight", GNP_FP32, 1, {-1}, true,
 	            "how much the point counts in the surface at the point `at`, from 0 to 1; 0 beyond its support"},
 	[HEIGHT] = {"height", GNP_FP32, 1, {-1}, true,
-	            "of the point above that surface [length]; NaN beyond its support"},
+	            "of the point above that surface [length]; 0 beyond its support"},
 };
 
 static const struct gnp_parameter parameters[] = {

@@ -331,6 +331,20 @@ static bool judge_heat(const struct gnp_call *call, const struct gnp_response *r
 	return true;
 }
 
+/* Weights are from 0 to 1 and some point counts; heights are numbers. */
+static bool judge_patch(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
+{
+	const struct gnp_tensor *weight = gnp_tensors_find(&response->outputs, "weight");
+	double sum = 0;
+	if (!weight)
+		return true;
+	if (!judge_between(weight, 0, 1, text))
+		return false;
+	for (size_t i = 0; i < call->points; i++)
+		sum += gnp_tensor_get(weight, i);
+	return sum > 0 || wrong(text, "weight: 0 at all %zu points", call->points);
+}
+
 /* No way along a surface is shorter than the straight one, or the answer says so. */
 static bool judge_geodesic(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
@@ -342,6 +356,8 @@ static bool judge_geodesic(const struct gnp_call *call, const struct gnp_respons
 			source = i, many++;
 	if (many > 1 || !judge_between(distance, 0, INFINITY, text))
 		return many > 1;
+	if (gnp_values_find(&call->request->parameters, "filter"))
+		return true; /* points have moved */
 	for (size_t i = 0; !sources && i < n; i++)
 		source = gnp_tensor_get(distance, i) == 0 ? i : source;
 	size_t shorter = 0;
@@ -373,7 +389,8 @@ static bool judge_parameters(const struct gnp_response *response, char text[JUDG
 static const struct {
 	const char *operation;
 	bool (*judge)(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT]);
-} judges[] = {{"estimate", judge_estimate}, {"filter", judge_filter}, {"flow", judge_flow}, {"laplacian", judge_laplacian},
+} judges[] = {{"estimate", judge_estimate}, {"patch", judge_patch}, {"filter", judge_filter},
+              {"flow", judge_flow}, {"laplacian", judge_laplacian},
               {"poisson", judge_poisson}, {"heat", judge_heat}, {"geodesic", judge_geodesic}, {"spectrum", judge_spectrum}};
 
 static bool judge_tensors(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])

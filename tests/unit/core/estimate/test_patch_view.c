@@ -59,8 +59,8 @@ static void the_other_face_does_not_count(void)
 		const double *p = points + 3 * i, *c = points + 3 * at;
 		double far = hypot(hypot(p[0] - c[0], p[1] - c[1]), p[2] - c[2]);
 		CHECK(view.weight[i] >= 0 && view.weight[i] <= 1);
-		CHECK(isnan(view.height[i]) == (far > view.radius * (1 + 1e-12)));
-		CHECK(!isnan(view.height[i]) || view.weight[i] == 0);
+		CHECK((view.weight[i] == 0) == (far > view.radius * (1 + 1e-12)));
+		CHECK(view.weight[i] > 0 || view.height[i] == 0);
 		within += far <= view.radius * (1 + 1e-12);
 		*(i < COUNT / 2 ? &own : &other) += view.weight[i];
 		if (i < COUNT / 2 && view.weight[i] > 0.1)
