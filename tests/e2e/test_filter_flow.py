@@ -43,7 +43,7 @@ def ply_comments(data):
 
 def test_filter_and_flow_are_listed(server):
     names = [model["name"] for model in server.post("/v2/repository/index").json]
-    assert names[:3] == ["estimate", "filter", "flow"], names
+    assert names[:4] == ["estimate", "patch", "filter", "flow"], names
     text = server.get("/openapi.yaml").text
     for path in ("/v1/filter:", "/v1/flow:", "/v2/models/filter/infer:", "/v2/models/flow/infer:"):
         assert path in text, path
