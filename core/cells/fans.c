@@ -5,7 +5,6 @@
 
 #include "core/base/memory.h"
 #include "core/cells/star.h"
-#include "core/search/neighborhoods.h"
 
 enum { POINTS_A_CHUNK = 512, MOST = 20 }; /* triangles of a point */
 
@@ -15,10 +14,13 @@ struct work {
 	unsigned char *made;   /* (count) */
 };
 
-static void take_triangles(const struct gnp_star *star, const uint32_t *row, uint32_t (*corner)[2], unsigned char *made)
+static void take_triangles(void *context, size_t point, const struct gnp_star *star, const uint32_t *row, double farthest)
 {
-	*made = (unsigned char)(star->triangles < MOST ? star->triangles : MOST);
-	for (size_t t = 0; t < *made; t++)
+	const struct work *work = context;
+	uint32_t(*corner)[2] = work->corner + point * MOST;
+	(void)farthest;
+	work->made[point] = (unsigned char)(star->triangles < MOST ? star->triangles : MOST);
+	for (size_t t = 0; t < work->made[point]; t++)
 		for (size_t c = 0; c < 2; c++)
 			corner[t][c] = row[star->neighbor[star->corner[t][c]]];
 }
@@ -27,27 +29,7 @@ static gnp_status fans_chunk(void *context, size_t begin, size_t end, struct gnp
                              struct gnp_error *error)
 {
 	const struct work *work = context;
-	const struct gnp_prepared *prepared = work->prepared;
-	size_t ring = GNP_CELL_NEIGHBORS + 1 < prepared->count ? GNP_CELL_NEIGHBORS + 1 : prepared->count;
-	uint32_t *centres = gnp_scratch_take(scratch, end - begin, sizeof *centres);
-	struct gnp_neighborhoods found;
-	if (!centres)
-		return gnp_no_memory("triangles", end - begin, "points", error);
-	for (size_t i = begin; i < end; i++)
-		centres[i - begin] = (uint32_t)i;
-	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, centres, end - begin, ring, 1, ring, scratch,
-	                                           &found, error);
-	for (size_t i = begin; i < end && status == GNP_OK; i++) {
-		size_t at = found.start[i - begin], count = found.start[i - begin + 1] - at;
-		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
-		struct gnp_star star;
-		const uint32_t *row;
-		status = gnp_star_find(prepared, i, found.index + at, count, scratch, &row, &star, error);
-		if (status == GNP_OK)
-			take_triangles(&star, row, work->corner + i * MOST, &work->made[i]);
-		gnp_scratch_release(scratch, mark);
-	}
-	return status;
+	return gnp_stars_visit(work->prepared, begin, end, take_triangles, context, scratch, error);
 }
 
 /* Closes the gaps between the points' triangles. */

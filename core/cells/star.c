@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/memory.h"
 #include "core/base/vector.h"
 #include "core/cells/polygon.h"
 #include "core/cloud/patch.h"
@@ -200,9 +201,9 @@ static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, cons
 	return all - within < ACROSS * all;
 }
 
-gnp_status gnp_star_find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
-                         struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
-                         struct gnp_error *error)
+/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. */
+static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
+                       struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
 {
 	uint32_t self = (uint32_t)centre;
 	struct gnp_neighborhoods found;
@@ -217,4 +218,29 @@ gnp_status gnp_star_find(const struct gnp_prepared *prepared, size_t centre, con
 	*row = found.index;
 	gnp_star_make(prepared->points, prepared->normals, centre, found.index, found.start[1], out);
 	return GNP_OK;
+}
+
+gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,
+                           void *context, struct gnp_scratch *scratch, struct gnp_error *error)
+{
+	size_t ring = GNP_CELL_NEIGHBORS + 1 < prepared->count ? GNP_CELL_NEIGHBORS + 1 : prepared->count;
+	uint32_t *centres = gnp_scratch_take(scratch, end - begin, sizeof *centres);
+	struct gnp_neighborhoods found;
+	if (!centres)
+		return gnp_no_memory("stars", end - begin, "points", error);
+	for (size_t i = begin; i < end; i++)
+		centres[i - begin] = (uint32_t)i;
+	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, centres, end - begin, ring, 1, ring, scratch, &found,
+	                                           error);
+	for (size_t i = begin; i < end && status == GNP_OK; i++) {
+		size_t at = found.start[i - begin], count = found.start[i - begin + 1] - at;
+		struct gnp_scratch_mark mark = gnp_scratch_mark(scratch);
+		struct gnp_star star;
+		const uint32_t *row;
+		status = find(prepared, i, found.index + at, count, scratch, &row, &star, error);
+		if (status == GNP_OK)
+			visit(context, i, &star, row, found.distance[at + count - 1]);
+		gnp_scratch_release(scratch, mark);
+	}
+	return status;
 }

@@ -34,11 +34,13 @@ struct gnp_star {
 void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
                    struct gnp_star *out);
 
-/* The same of a cloud, given the row of its nearest GNP_CELL_NEIGHBORS and itself: where they do not close the star and
- * lie in rows, more are searched for. *row: what out's positions are in, index or a longer row in scratch.
- * GNP_OUT_OF_MEMORY. */
-gnp_status gnp_star_find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
-                         struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
-                         struct gnp_error *error);
+/* What is done with the star of a point: its positions are in row, whose farthest point is so far away. */
+typedef void (*gnp_star_visit)(void *context, size_t point, const struct gnp_star *star, const uint32_t *row,
+                               double farthest);
+
+/* Visits the stars of points begin .. end - 1 of a cloud, in order: of their nearest GNP_CELL_NEIGHBORS, or of
+ * GNP_STAR_NEIGHBORS where those do not close the star and lie in a row. GNP_OUT_OF_MEMORY. */
+gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,
+                           void *context, struct gnp_scratch *scratch, struct gnp_error *error);
 
 #endif

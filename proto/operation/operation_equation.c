@@ -80,7 +80,8 @@ size_t gnp_equation_memory(const struct gnp_call *call, const struct gnp_equatio
 
 size_t gnp_equation_distance_memory(const struct gnp_call *call, const struct gnp_equation_options *options)
 {
-	return with_operator(call, options, 600 + 80 * log2((double)call->points + 2), 1);
+	double several = gnp_equation_sides(call, "sources") ? 100 : 0; /* which have a factor of their own */
+	return with_operator(call, options, 600 + several + 80 * log2((double)call->points + 2), 1);
 }
 
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter)

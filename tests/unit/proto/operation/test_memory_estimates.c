@@ -133,12 +133,22 @@ static void add_columns(struct gnp_request *request, const char *name, size_t co
 		set_value(tensor, i, gnp_tensor_get(points, 3 * (i / columns) + 2) * (1 + (double)(i % columns)));
 }
 
+/* Every tenth point. */
+static void add_sources(struct gnp_request *request)
+{
+	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
+	struct gnp_tensor *tensor;
+	CHECK(gnp_tensors_add(&request->inputs, "sources", GNP_BOOL, 1, points->shape, &tensor, NULL) == GNP_OK);
+	for (size_t i = 0; i < points->shape[0]; i++)
+		((unsigned char *)tensor->data)[i] = i % 10 == 0;
+}
+
 /* ---- Runs ---- */
 
 /* An operation with parameters, and what goes in beside points. */
 struct run {
 	const char *operation, *parameters, *columns; /* the input of columns; NULL: none */
-	size_t column_count;
+	size_t column_count;                          /* 0: it is a mask of sources */
 	bool normals;
 	unsigned kinds;       /* mask of the clouds it is run on */
 	size_t points_most;
@@ -179,7 +189,9 @@ static bool measure(const struct run *run, enum kind kind, size_t points, struct
 	struct gnp_task task;
 	struct gnp_call call;
 	add_cloud(&request, kind, points, run->normals);
-	if (run->columns)
+	if (run->columns && run->column_count == 0)
+		add_sources(&request);
+	else if (run->columns)
 		add_columns(&request, run->columns, run->column_count);
 	set_parameters(&request, run->parameters);
 	gnp_task_init(&task);
@@ -286,6 +298,7 @@ static void equations(void)
 		{"poisson", "estimator=gmls filter=true", "source", 1, true, 1 << EVEN, 5000},
 		{"heat", "estimator=gmls dt=0.01 steps=2", "initial", 2, true, 1 << EVEN, 5000},
 		{"geodesic", "estimator=gmls", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
+		{"geodesic", "estimator=gmls", "sources", 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"spectrum", "estimator=gmls count=10", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 5000},
 		{"spectrum", "estimator=gmls count=60", NULL, 0, true, 1 << EVEN, 5000}};
 	RUN_ALL(runs);
