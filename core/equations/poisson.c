@@ -230,7 +230,7 @@ static gnp_status choose_operator(struct gnp_poisson *poisson, const struct gnp_
 {
 	struct gnp_warnings found = {0}, *warnings = gnp_task_warnings(task), before = warnings ? *warnings : found;
 	struct gnp_error own = {0};
-	poisson->why = "the surface is open";
+	poisson->why = "stars are open, at a rim or where normals disagree";
 	if (gnp_domain_is_closed(&poisson->domain)) {
 		gnp_status status = make_operator(poisson, options, GNP_SYSTEM_SQUARE, given, pool, task, &found, &own);
 		bool failed = status == GNP_SINGULAR || status == GNP_NO_CONVERGENCE;
