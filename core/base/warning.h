@@ -14,6 +14,7 @@
 	X(GNP_WARNING_PRECISION, "precision", "the numbers that the points came in are too coarse for their spacing")                \
 	X(GNP_WARNING_RANGE, "range", "numbers of the answer too small for the type it has")                                          \
 	X(GNP_WARNING_DROPPED, "dropped", "the filter dropped more points than contamination explains")                              \
+	X(GNP_WARNING_COPIES, "copies", "points of a cloud that lie where another one does: an equation merges them")                \
 	X(GNP_WARNING_ROWS, "rows", "points lie in rows much farther apart than the points in a row")                                \
 	X(GNP_WARNING_RESOLUTION, "resolution", "too few points for the curvature of their surface")                                 \
 	X(GNP_WARNING_SHEETS, "sheets", "sheets of the surface lie closer than patches are wide")                                    \

@@ -120,8 +120,6 @@ static gnp_status make(const struct gnp_cloud *cloud, const struct gnp_domain_op
                        struct gnp_task *task, struct gnp_geodesic *geodesic, struct gnp_error *error)
 {
 	gnp_status status = gnp_domain_make(cloud, options, pool, task, &geodesic->domain, error);
-	if (status == GNP_OK)
-		status = gnp_domain_check_distinct(&geodesic->domain, error);
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, 0);
 	if (status == GNP_OK)
 		status = gnp_volume_stiffness(&geodesic->domain.prepared, pool, task, &geodesic->stiffness, error);
@@ -162,6 +160,21 @@ struct flow {
 	double *least;         /* (components) */
 };
 
+/* A source at the place of another point is one there. Returns how many there are less of them by that. */
+static size_t move_to_originals(const struct gnp_copies *copies, unsigned char *wanted)
+{
+	size_t less = 0;
+	for (size_t k = 0; k < copies->count; k++) {
+		const struct gnp_copy *copy = &copies->copy[k];
+		if (!wanted[copy->index])
+			continue;
+		less += wanted[copy->original];
+		wanted[copy->index] = 0;
+		wanted[copy->original] = 1;
+	}
+	return less;
+}
+
 static gnp_status mark_sources(const uint32_t *sources, size_t count, struct flow *flow, struct gnp_error *error)
 {
 	const struct gnp_geodesic *geodesic = flow->geodesic;
@@ -175,6 +188,7 @@ static gnp_status mark_sources(const uint32_t *sources, size_t count, struct flo
 		distinct += !wanted[sources[s]];
 		wanted[sources[s]] = 1;
 	}
+	distinct -= move_to_originals(&geodesic->domain.copies, wanted);
 	for (size_t i = 0; i < prepared->count; i++) {
 		flow->source[i] = wanted[prepared->order[i]];
 		found += flow->source[i];
@@ -433,6 +447,7 @@ gnp_status gnp_geodesic_distance(const struct gnp_geodesic *geodesic, const uint
 		                            error);
 		if (status == GNP_OK)
 			status = lengthen(&flow, distance, error);
+		gnp_copies_spread(&geodesic->domain.copies, distance, 1, 0);
 	}
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	free(block);

@@ -80,8 +80,20 @@ static gnp_status check_options(const struct gnp_poisson_options *options, struc
 	return GNP_OK;
 }
 
+/* A place is fixed where one of its points is. */
+static void note_fixed_copies(struct gnp_copies *copies, const unsigned char *fixed, unsigned char *ordered)
+{
+	for (size_t k = 0; k < copies->count; k++) {
+		struct gnp_copy *copy = &copies->copy[k];
+		copy->fixed = fixed[copy->index] != 0;
+		copy->original_fixed = fixed[copy->original] != 0;
+		if (copy->fixed && copy->row != GNP_COPY_OUTSIDE)
+			ordered[copy->row] = 1;
+	}
+}
+
 /* The fixed points in curve order; *given stays NULL when there are none. */
-static gnp_status order_fixed(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char **given,
+static gnp_status order_fixed(struct gnp_domain *domain, const unsigned char *fixed, unsigned char **given,
                               struct gnp_error *error)
 {
 	size_t count = domain->prepared.count, found = 0;
@@ -91,7 +103,10 @@ static gnp_status order_fixed(const struct gnp_domain *domain, const unsigned ch
 	if (!ordered)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "fixed: no memory for %zu points", count);
 	for (size_t i = 0; i < count; i++)
-		found += ordered[i] = fixed[domain->prepared.order[i]] != 0;
+		ordered[i] = fixed[domain->prepared.order[i]] != 0;
+	note_fixed_copies(&domain->copies, fixed, ordered);
+	for (size_t i = 0; i < count; i++)
+		found += ordered[i];
 	if (found == 0) {
 		free(ordered);
 		return GNP_OK;
@@ -254,8 +269,6 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	unsigned char *given = NULL;
 	int system = options->laplacian.system;
 	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
-	if (status == GNP_OK)
-		status = gnp_domain_check_distinct(&poisson->domain, error);
 	if (status == GNP_OK)
 		status = check_screening(&poisson->domain, options->screening, error);
 	if (status == GNP_OK)

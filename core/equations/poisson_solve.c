@@ -140,7 +140,28 @@ static gnp_status write_solution(const struct side *side, size_t column, size_t 
 		values[equation->kept[c]] = side->x[c];
 	for (size_t i = 0; i < equation->rows; i++)
 		solution[order[i] * count + column] = values[i];
-	return status == GNP_OK ? write_dropped(poisson, column, count, pool, values, solution, error) : status;
+	if (status == GNP_OK)
+		status = write_dropped(poisson, column, count, pool, values, solution, error);
+	gnp_copies_spread(&poisson->domain.copies, solution, count, column);
+	return status;
+}
+
+/* Where several points lie at one place, what is given at one of them is given there. b (rows): of column r. */
+static gnp_status read_copies(const struct gnp_copies *copies, const double *values, size_t r, size_t count, double *b,
+                              struct gnp_error *error)
+{
+	for (size_t k = 0; k < copies->count; k++) {
+		const struct gnp_copy *copy = &copies->copy[k];
+		double value = values[copy->index * count + r], first = values[copy->original * count + r];
+		if (!copy->fixed || copy->row == GNP_COPY_OUTSIDE)
+			continue;
+		if (copy->original_fixed && value != first)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+			                     "values: got %g at point %u and %g at point %u, which lies at the same place", first,
+			                     copy->original, value, copy->index);
+		b[copy->row] = value;
+	}
+	return GNP_OK;
 }
 
 /* b (count, rows) in curve order; rows of fixed points hold their values. */
@@ -149,12 +170,20 @@ static gnp_status read_sources(const struct gnp_poisson *poisson, const double *
 {
 	const struct gnp_equation *equation = &poisson->equation;
 	const uint32_t *order = poisson->domain.prepared.order;
+	const struct gnp_copies *copies = &poisson->domain.copies;
+	gnp_status status = GNP_OK;
 	for (size_t i = 0; i < equation->rows; i++)
 		for (size_t r = 0; r < count; r++)
 			b[r * equation->rows + i] = source[order[i] * count + r];
+	for (size_t r = 0; r < count; r++)
+		gnp_copies_average(copies, source, count, r, b + r * equation->rows);
 	for (size_t c = 0; equation->given && c < equation->unknowns; c++)
 		for (size_t r = 0; equation->given[c] && r < count; r++)
 			b[r * equation->rows + equation->kept[c]] = values[order[equation->kept[c]] * count + r];
+	for (size_t r = 0; r < count && equation->given && status == GNP_OK; r++)
+		status = read_copies(copies, values, r, count, b + r * equation->rows, error);
+	if (status != GNP_OK)
+		return status;
 	for (size_t i = 0; i < equation->rows; i++)
 		for (size_t r = 0; r < count; r++)
 			if (!isfinite(b[r * equation->rows + i]))

@@ -327,16 +327,27 @@ static void move_columns(const struct gnp_collocation *from, const uint32_t *pos
 	}
 }
 
-/* Rows that no point became stay empty. */
-static void move_rows(const struct gnp_collocation *from, const uint32_t *position, const uint32_t *column_of,
-                      struct entry *entries, struct gnp_collocation *to)
+static bool has_row(const struct gnp_copy *copy)
+{
+	return copy->row != GNP_COPY_OUTSIDE;
+}
+
+/* Rows that no point became stay empty; copies have those of their originals. */
+static void move_rows(const struct gnp_collocation *from, const uint32_t *position, const struct gnp_copies *copies,
+                      const uint32_t *column_of, struct entry *entries, struct gnp_collocation *to)
 {
 	for (size_t i = 0; i < from->rows; i++)
 		to->row_offsets[position[i] + 1] = from->row_offsets[i + 1] - from->row_offsets[i];
+	for (size_t k = 0; k < copies->count; k++)
+		if (has_row(&copies->copy[k]))
+			to->row_offsets[copies->copy[k].index + 1] = to->row_offsets[copies->copy[k].original + 1];
 	for (size_t i = 0; i < to->rows; i++)
 		to->row_offsets[i + 1] += to->row_offsets[i];
 	for (size_t i = 0; i < from->rows; i++)
 		move_row(from, i, column_of, entries, to, position[i]);
+	for (size_t k = 0; k < copies->count; k++)
+		if (has_row(&copies->copy[k]))
+			move_row(from, copies->copy[k].row, column_of, entries, to, copies->copy[k].index);
 	to->reduced = from->reduced;
 }
 
@@ -350,8 +361,8 @@ static size_t longest_row(const struct gnp_collocation *collocation)
 	return longest;
 }
 
-gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points,
-                                   struct gnp_error *error)
+gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position,
+                                   const struct gnp_copies *copies, size_t points, struct gnp_error *error)
 {
 	struct gnp_collocation moved = {.rows = 0};
 	struct gnp_collocation_rule rule = {.which = 0};
@@ -363,7 +374,7 @@ gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const ui
 	gnp_status status = spare && column_of && entries ? allocate(&rule, points, longest, &moved, error) : GNP_OUT_OF_MEMORY;
 	if (status == GNP_OK) {
 		move_columns(collocation, position, points, column_of, spare, &moved);
-		move_rows(collocation, position, column_of, entries, &moved);
+		move_rows(collocation, position, copies, column_of, entries, &moved);
 		gnp_collocation_clear(collocation);
 		*collocation = moved;
 	} else {

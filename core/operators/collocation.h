@@ -9,6 +9,7 @@
 
 #include "core/cloud/prepare.h"
 #include "core/linear/csr.h"
+#include "core/operators/copies.h"
 
 /* The divergence matrices take a field's ambient components and give the divergence of its tangential part. */
 #define GNP_DERIVATIVE_TABLE(X)                      \
@@ -57,10 +58,10 @@ gnp_status gnp_collocation_make(const struct gnp_prepared *prepared, const struc
 void gnp_collocation_clear(struct gnp_collocation *collocation);
 
 /* The same as rows and columns of a list of `points` points that holds these among others: row and point i become row
- * and point position[i] < points, no two the same. kept and the columns stay ascending; rows of points that are none of
- * these are empty. On failure *collocation is unchanged. */
-gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position, size_t points,
-                                   struct gnp_error *error);
+ * and point position[i] < points, no two the same. copies: points that have the rows of others. kept and the columns stay
+ * ascending; rows of points that are none of these are empty. On failure *collocation is unchanged. */
+gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const uint32_t *position,
+                                   const struct gnp_copies *copies, size_t points, struct gnp_error *error);
 
 /* A matrix of it that borrows the arrays. */
 struct gnp_csr gnp_collocation_view(const struct gnp_collocation *collocation, enum gnp_derivative which);

@@ -13,6 +13,7 @@ void gnp_domain_clear(struct gnp_domain *domain)
 	free(domain->area);
 	free(domain->dropped_index);
 	free(domain->dropped_points);
+	gnp_copies_clear(&domain->copies);
 	*domain = (struct gnp_domain){.cloud_count = 0};
 }
 
@@ -26,7 +27,7 @@ size_t gnp_domain_bytes(const struct gnp_domain *domain)
 {
 	/* order, points, normals, area, and the search tree with about 100 bytes a point */
 	return domain->prepared.count * (sizeof(uint32_t) + 7 * sizeof(double) + 100) +
-	       domain->dropped * (sizeof(uint32_t) + 3 * sizeof(double));
+	       domain->dropped * (sizeof(uint32_t) + 3 * sizeof(double)) + domain->copies.count * sizeof(struct gnp_copy);
 }
 
 /* Rows of the estimate are in the cloud's order, those of prepared along the curve. */
@@ -140,19 +141,59 @@ static gnp_status check_extent(const struct gnp_cloud *cloud, struct gnp_error *
 	                     extent, least, most);
 }
 
+/* Indices among places become indices in the cloud. */
+static void name_places(const struct gnp_places *places, struct gnp_domain *domain)
+{
+	for (size_t i = 0; i < domain->prepared.count; i++)
+		domain->prepared.order[i] = places->index[domain->prepared.order[i]];
+	for (size_t i = 0; i < domain->dropped; i++)
+		domain->dropped_index[i] = places->index[domain->dropped_index[i]];
+}
+
+static void warn_of_copies(const struct gnp_copies *copies, struct gnp_warnings *warnings)
+{
+	if (copies->count)
+		gnp_warnings_add(warnings, GNP_WARNING_COPIES,
+		                 "%zu points lie where another one does, point %u where point %u is: they were merged, and "
+		                 "have the same values", copies->count, copies->copy[0].index, copies->copy[0].original);
+}
+
+/* The places of the cloud, settled. */
+static gnp_status settle_places(const struct gnp_cloud *cloud, const struct gnp_domain_options *options, size_t fewest,
+                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,
+                                struct gnp_error *error)
+{
+	struct gnp_places places = {.count = 0};
+	gnp_status status = gnp_copies_part(cloud, task, &places, &domain->copies, error);
+	if (status != GNP_OK)
+		return status;
+	warn_of_copies(&domain->copies, gnp_task_warnings(task));
+	struct gnp_cloud apart = {places.count, places.points, places.normals};
+	const struct gnp_cloud *alone = places.points ? &apart : cloud;
+	if (places.points)
+		status = gnp_cloud_check(alone, fewest, error);
+	if (status == GNP_OK)
+		status = options->filter ? settle_filtered(alone, options, pool, task, domain, error)
+		                         : settle_whole(alone, options, pool, task, domain, error);
+	if (status == GNP_OK && places.points)
+		name_places(&places, domain);
+	gnp_places_clear(&places);
+	return status == GNP_OK ? gnp_copies_find_rows(&domain->copies, domain->prepared.order, domain->prepared.count,
+	                                               domain->cloud_count, error) : status;
+}
+
 gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *out,
                            struct gnp_error *error)
 {
 	enum { FEWEST = 12 };
+	size_t fewest = options->estimate.k > FEWEST ? (size_t)options->estimate.k : FEWEST;
 	struct gnp_domain domain = {.cloud_count = cloud->count, .normals_estimated = !cloud->normals};
-	gnp_status status = gnp_cloud_check(cloud, options->estimate.k > FEWEST ? (size_t)options->estimate.k : FEWEST, error);
+	gnp_status status = gnp_cloud_check(cloud, fewest, error);
 	if (status == GNP_OK)
 		status = check_extent(cloud, error);
-	if (status == GNP_OK && options->filter)
-		status = settle_filtered(cloud, options, pool, task, &domain, error);
-	else if (status == GNP_OK)
-		status = settle_whole(cloud, options, pool, task, &domain, error);
+	if (status == GNP_OK)
+		status = settle_places(cloud, options, fewest, pool, task, &domain, error);
 	if (status == GNP_OK)
 		status = measure(pool, task, &domain, error);
 	if (status == GNP_OK)
@@ -165,24 +206,4 @@ gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domai
 bool gnp_domain_is_closed(const struct gnp_domain *domain)
 {
 	return (double)domain->open <= sqrt((double)domain->prepared.count);
-}
-
-/* Points at one place have one place on the curve: they are next to each other. */
-gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error)
-{
-	const struct gnp_prepared *prepared = &domain->prepared;
-	size_t doubled = 0, first = 0;
-	for (size_t i = 1; i < prepared->count; i++) {
-		const double *p = prepared->points + 3 * i;
-		if (p[0] != p[-3] || p[1] != p[-2] || p[2] != p[-1])
-			continue;
-		first = doubled ? first : prepared->order[i];
-		doubled++;
-	}
-	if (!doubled)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_DEGENERATE,
-	                     "points: %zu lie where another one does, point %zu for one: remove duplicates, an equation has one "
-	                                            "unknown a place",
-	                     doubled, first);
 }

@@ -7,6 +7,7 @@
 
 #include "core/cloud/prepare.h"
 #include "core/estimate/filter.h"
+#include "core/operators/copies.h"
 
 struct gnp_domain_options {
 	struct gnp_estimate_options estimate; /* whose normals; its quantities are ignored */
@@ -20,8 +21,9 @@ struct gnp_domain {
 	size_t dropped;               /* points the filter dropped */
 	uint32_t *dropped_index;      /* (dropped) ascending; NULL without a filter */
 	double *dropped_points;       /* (dropped, 3) */
-	struct gnp_prepared prepared; /* the points that take part; order: their index in the cloud, of cloud_count: with a filter no permutation of
-	                                 the rows here; normals are the estimator's */
+	struct gnp_copies copies;     /* points at the places of others, which alone take part */
+	struct gnp_prepared prepared; /* the points that take part; order: their index in the cloud, of cloud_count: with a filter or copies no
+	                                 permutation of the rows here; normals are the estimator's */
 	double *area;                 /* (prepared.count) of each point's cell [length^2] */
 	size_t open;                  /* cells at open boundaries */
 	int normals_estimated;        /* as in struct gnp_estimate, as are these: */
@@ -37,15 +39,13 @@ struct gnp_domain_facts {
 };
 struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain);
 
-/* Checks cloud and options as gnp_estimate_run does. Deterministic for any worker count. On failure *out is unchanged.
- * task may be NULL. */
+/* Checks cloud and options as gnp_estimate_run does. Points that coincide are merged, and the task is warned of it.
+ * Deterministic for any worker count. On failure *out is unchanged. task may be NULL. */
 gnp_status gnp_domain_make(const struct gnp_cloud *cloud, const struct gnp_domain_options *options,
                            struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *out,
                            struct gnp_error *error);
 /* But for single open cells, which noisy and coarse clouds have: a boundary has more. */
 bool gnp_domain_is_closed(const struct gnp_domain *domain);
-/* GNP_DEGENERATE with their number and the first one where points coincide: an equation has one unknown a place. */
-gnp_status gnp_domain_check_distinct(const struct gnp_domain *domain, struct gnp_error *error);
 void gnp_domain_clear(struct gnp_domain *domain);
 size_t gnp_domain_bytes(const struct gnp_domain *domain);
 

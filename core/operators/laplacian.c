@@ -105,13 +105,11 @@ gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_lap
 		status = gnp_domain_make(cloud, &options->domain, pool, task, &domain, error);
 	if (status != GNP_OK)
 		return status;
-	status = gnp_domain_check_distinct(&domain, error);
-	if (status == GNP_OK)
-		status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
+	status = gnp_laplacian_assemble(&domain, options, NULL, pool, task, &made, error);
 	if (status == GNP_OK)
 		gnp_operator_check_rows(&made, domain.open, gnp_task_warnings(task));
 	if (status == GNP_OK)
-		status = gnp_collocation_reorder(&made, domain.prepared.order, cloud->count, error);
+		status = gnp_collocation_reorder(&made, domain.prepared.order, &domain.copies, cloud->count, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	if (status == GNP_OK && facts)
 		*facts = gnp_domain_facts(&domain);
