@@ -117,22 +117,38 @@ static void add_triangle(const struct fan *fan, size_t k, size_t l, struct gnp_s
 	out->area += share_of(a, b, at_a, at_b, cross);
 }
 
+static bool is_corner(const double before[3], const double after[3])
+{
+	static const double STRAIGHT = -0.5; /* cosine */
+	return gnp_dot(before, after) > STRAIGHT * sqrt(gnp_dot(before, before) * gnp_dot(after, after));
+}
+
+/* Half of the way along the rim between the neighbours there: straight past the point, which is off the rim by as much
+ * as that is ragged, but at corners by way of it. */
+static double rim_of(const double before[3], const double after[3])
+{
+	const double d[3] = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
+	if (is_corner(before, after))
+		return (sqrt(gnp_dot(before, before)) + sqrt(gnp_dot(after, after))) / 2;
+	return sqrt(gnp_dot(d, d)) / 2;
+}
+
 /* The strip between the outermost points and the rim, if they lie within it at random: then the rim is ragged, and as
  * far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it (measured
  * on random points). Points on the rim itself lie in line. At corners there is no saying. */
 static double strip_of(const double before[3], const double after[3])
 {
-	static const double AWAY = 1.75, STRAIGHT = -0.5; /* cosine */
+	static const double AWAY = 1.75;
 	const double d[3] = {after[0] - before[0], after[1] - before[1], after[2] - before[2]};
 	double a = sqrt(gnp_dot(before, before)), b = sqrt(gnp_dot(after, after)), across[3];
-	if (gnp_dot(before, after) > STRAIGHT * a * b)
+	if (is_corner(before, after))
 		return 0;
 	gnp_cross(before, d, across);
 	return AWAY * sqrt(gnp_dot(across, across) / gnp_dot(d, d)) * (a + b) / 2;
 }
 
 /* The only gap of an open star lies between two members. */
-static void add_strip(const struct fan *fan, const struct gnp_polygon *polygon, struct gnp_star *out)
+static void add_rim(const struct fan *fan, const struct gnp_polygon *polygon, struct gnp_star *out)
 {
 	const double *before = NULL, *after = NULL;
 	size_t gaps = 0;
@@ -145,8 +161,10 @@ static void add_strip(const struct fan *fan, const struct gnp_polygon *polygon, 
 		if (k == GNP_POLYGON_OUTER && l != GNP_POLYGON_OUTER)
 			after = fan->away[l];
 	}
-	if (gaps == 1 && before != after)
-		out->area += strip_of(before, after);
+	if (gaps != 1 || before == after)
+		return;
+	out->area += strip_of(before, after);
+	out->rim = rim_of(before, after);
 }
 
 /* steep: neighbours higher over the tangent plane, by the distance within it, are none. */
@@ -171,7 +189,7 @@ static void make(const double *points, const double *normals, size_t centre, con
 		else if (k != l)
 			add_triangle(&fan, k, l, out);
 	}
-	add_strip(&fan, &polygon, out);
+	add_rim(&fan, &polygon, out);
 }
 
 /* Where a star stays open there is nobody between its point and another sheet that faces the same way: what is steep is

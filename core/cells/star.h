@@ -24,6 +24,7 @@ struct gnp_star {
 	/* The point's part of the triangles, by the mixed cells of Meyer et al. 2003, and of a strip along a ragged rim
 	 * [length^2]; 0: there are none. */
 	double area;
+	double rim;            /* the length of an open edge that the point stands for [length]; 0: it is at none */
 	size_t triangles;
 	uint8_t corner[GNP_CELL_EDGES_MAX][2]; /* (triangles) with the edges to the other two, in turn about the normal */
 	bool open;   /* the triangles do not close around the point */

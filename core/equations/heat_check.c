@@ -39,20 +39,22 @@ static struct gnp_heat_range measure(const struct gnp_domain *domain, const doub
 }
 
 void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t count, const struct gnp_heat_range *ranges,
-                    struct gnp_warnings *warnings)
+                    bool given, const char *advice, struct gnp_warnings *warnings)
 {
+	const char *colon = advice ? ": " : "", *more = advice ? advice : "";
 	for (size_t c = 0; c < count; c++) {
 		struct gnp_heat_range found = measure(domain, u, count, c), may = ranges[c];
 		double width = may.high - may.low, error = rounding * fmax(fabs(may.low), fabs(may.high));
-		double change = (found.total - may.total) / may.area;
+		double change = given ? 0 : (found.total - may.total) / may.area;
 		if (!(found.low >= may.low - beyond_most * width - error) || !(found.high <= may.high + beyond_most * width + error))
 			gnp_warnings_add(warnings, GNP_WARNING_HEAT,
 			                 "column %zu is not to be believed: it has values from %.6g to %.6g, heat that began as this "
-			                 "did stays within %.6g and %.6g (%g of that range may lie beyond)", c, found.low, found.high, may.low, may.high, beyond_most);
+			                 "did stays within %.6g and %.6g (%g of that range may lie beyond)%s%s", c, found.low,
+			                 found.high, may.low, may.high, beyond_most, colon, more);
 		else if (!(fabs(change) <= change_most * width + error))
 			gnp_warnings_add(warnings, GNP_WARNING_HEAT,
 			                 "column %zu is not to be believed: its mean became %.6g, heat is not lost nor made, it would be "
-			                 "%.6g (%g of the range from %.3g to %.3g may be off)", c, found.total / may.area, may.total / may.area, change_most, may.low,
-			                 may.high);
+			                 "%.6g (%g of the range from %.3g to %.3g may be off)%s%s", c, found.total / may.area,
+			                 may.total / may.area, change_most, may.low, may.high, colon, more);
 	}
 }

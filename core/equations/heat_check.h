@@ -7,7 +7,7 @@
 #include "core/base/warning.h"
 #include "core/operators/domain.h"
 
-/* Of one column, over the points that take part, where nothing is given. */
+/* Of one column, over the points that take part; fixed ones have their values from the start. */
 struct gnp_heat_range {
 	double low, high;   /* what u may be */
 	double total, area; /* its integral, that of 1 */
@@ -16,8 +16,9 @@ struct gnp_heat_range {
 /* u, source (n, count): at the start; source may be NULL. time: from there to the end. */
 struct gnp_heat_range gnp_heat_expect(const struct gnp_domain *domain, const double *u, const double *source,
                                       size_t count, size_t column, double time);
-/* u (n, count), ranges (count): at the end. warnings may be NULL. */
+/* u (n, count), ranges (count): at the end. given: heat comes and goes where u is fixed, its total is not looked at.
+ * advice: what the warning says besides; NULL: nothing. warnings may be NULL. */
 void gnp_heat_check(const struct gnp_domain *domain, const double *u, size_t count, const struct gnp_heat_range *ranges,
-                    struct gnp_warnings *warnings);
+                    bool given, const char *advice, struct gnp_warnings *warnings);
 
 #endif

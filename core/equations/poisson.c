@@ -47,6 +47,23 @@ const struct gnp_stiffness *gnp_poisson_volumes(const struct gnp_poisson *poisso
 	return &poisson->volumes;
 }
 
+void gnp_poisson_put_given(const struct gnp_poisson *poisson, const double *values, size_t count, double *u)
+{
+	const struct gnp_equation *equation = &poisson->equation;
+	const struct gnp_copies *copies = &poisson->domain.copies;
+	for (size_t c = 0; equation->given && c < equation->unknowns; c++) {
+		size_t i = poisson->domain.prepared.order[equation->kept[c]];
+		for (size_t r = 0; equation->given[c] && r < count; r++)
+			u[i * count + r] = values[i * count + r];
+	}
+	for (size_t r = 0; r < count; r++) {
+		for (size_t k = 0; k < copies->count; k++)
+			if (copies->copy[k].fixed)
+				u[copies->copy[k].original * count + r] = values[copies->copy[k].index * count + r];
+		gnp_copies_spread(copies, u, count, r);
+	}
+}
+
 struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 {
 	const struct gnp_equation *equation = &poisson->equation;

@@ -58,6 +58,9 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson);
 const struct gnp_domain *gnp_poisson_domain(const struct gnp_poisson *poisson);
 const struct gnp_stiffness *gnp_poisson_volumes(const struct gnp_poisson *poisson); /* over the domain's points */
 
+/* Writes what values (n, count) say of fixed points into u (n, count), at all points of their places. */
+void gnp_poisson_put_given(const struct gnp_poisson *poisson, const double *values, size_t count, double *u);
+
 /* What became of one right-hand side. */
 struct gnp_poisson_report {
 	double residual;      /* relative: of the system, or of the normal equations of least squares */

@@ -109,6 +109,16 @@ void gnp_copies_spread(const struct gnp_copies *copies, double *values, size_t w
 		values[width * copies->copy[k].index + column] = values[width * copies->copy[k].original + column];
 }
 
+void gnp_copies_merge(const struct gnp_copies *copies, double *values, size_t width, size_t column)
+{
+	const struct gnp_copy *copy = copies->copy;
+	for (size_t k = 0; k < copies->count; k++) /* of all copies while no original has changed */
+		values[width * copy[k].index + column] -= values[width * copy[k].original + column];
+	for (size_t k = 0; k < copies->count; k++)
+		values[width * copy[k].original + column] += values[width * copy[k].index + column] / copy[k].points;
+	gnp_copies_spread(copies, values, width, column);
+}
+
 void gnp_copies_average(const struct gnp_copies *copies, const double *values, size_t width, size_t column,
                         double *rows)
 {

@@ -42,6 +42,8 @@ gnp_status gnp_copies_find_rows(struct gnp_copies *copies, const uint32_t *order
 
 /* In a column of values (cloud_count, width), gives copies what their originals have. */
 void gnp_copies_spread(const struct gnp_copies *copies, double *values, size_t width, size_t column);
+/* In a column of values (cloud_count, width), gives all points of a place the mean of theirs. */
+void gnp_copies_merge(const struct gnp_copies *copies, double *values, size_t width, size_t column);
 /* rows (count of a domain) hold what a column of values (cloud_count, width) says of the originals: where there are
  * copies it becomes the mean of them all. */
 void gnp_copies_average(const struct gnp_copies *copies, const double *values, size_t width, size_t column,

@@ -5,7 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/operators/energy.h"
-#include "proto/operation/operation_equation.h"
+#include "proto/operation/operation_conditions.h"
 
 struct options {
 	struct gnp_equation_options equation;
@@ -14,9 +14,8 @@ struct options {
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
-	{"source", GNP_FP64, 2, {-1, -2}, false, "right-hand sides f, a column each"},
-	{"fixed", GNP_BOOL, 1, {-1}, true, "1 where u is given (Dirichlet points)"},
-	{"values", GNP_FP64, 2, {-1, -2}, true, "u there, a column a right-hand side; elsewhere not read; 0 when absent"},
+	{"source", GNP_FP64, 2, {-1, -2}, true, "right-hand sides f, a column each; 0 when absent"},
+	GNP_CONDITIONS_INPUTS,
 };
 
 enum output { SOLUTION, RESIDUAL, MISFIT, MEAN, OUTPUTS };
@@ -52,26 +51,27 @@ static void defaults(void *options)
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	const struct gnp_tensors *given = &call->request->inputs;
+	static const char *const some[] = {"source", "source_points", "values", "flux"};
 	gnp_status status = gnp_equation_check(call, error);
 	if (status == GNP_OK)
-		status = gnp_equation_check_columns(call, "source", NULL, error);
-	if (status == GNP_OK && gnp_tensors_find(given, "values") && !gnp_tensors_find(given, "fixed"))
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "values: need the input fixed, which says where they hold");
-	return status == GNP_OK ? gnp_equation_check_columns(call, "values", "source", error) : status;
+		status = gnp_conditions_check(call, "source", error);
+	for (size_t i = 0; i < sizeof some / sizeof *some; i++)
+		if (status != GNP_OK || gnp_tensors_find(&call->request->inputs, some[i]))
+			return status;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "input \"source\": missing, and no source_points, values or flux instead");
 }
 
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_memory(call, gnp_call_options(call),
-	                           gnp_equation_sides(call, "source"));
+	return gnp_equation_memory(call, gnp_call_options(call), gnp_conditions_sides(call, "source"));
 }
 
 /* Everything a request holds while it runs. */
 struct work {
 	struct gnp_common_cloud cloud;
-	double *source, *values, *solution;
-	unsigned char *fixed;
+	struct gnp_conditions conditions;
+	double *solution;
 	struct gnp_poisson_report *reports;
 	size_t sides;
 	struct gnp_prepared_entry *entry;
@@ -82,33 +82,16 @@ static void work_clear(struct work *work)
 {
 	gnp_prepared_release(work->entry);
 	gnp_common_cloud_clear(&work->cloud);
-	free(work->source);
-	free(work->values);
+	gnp_conditions_clear(&work->conditions);
 	free(work->solution);
-	free(work->fixed);
 	free(work->reports);
-}
-
-static gnp_status read_values(const struct gnp_call *call, struct work *work, struct gnp_error *error)
-{
-	size_t sides = work->sides, count;
-	gnp_status status = gnp_equation_columns(call, "values", &work->values, &sides, error);
-	if (status != GNP_OK || work->values || !work->fixed)
-		return status;
-	bool fits = gnp_size_multiply(work->cloud.count, sides, &count);
-	work->values = fits ? gnp_array_zero(count, sizeof *work->values) : NULL;
-	return work->values ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "values: no memory for %zu columns", sides);
 }
 
 static gnp_status read_inputs(const struct gnp_call *call, struct work *work, struct gnp_error *error)
 {
 	gnp_status status = gnp_common_cloud_read(call->request, &work->cloud, error);
 	if (status == GNP_OK)
-		status = gnp_common_mask_read(call->request, "fixed", &work->fixed, error);
-	if (status == GNP_OK)
-		status = gnp_equation_columns(call, "source", &work->source, &work->sides, error);
-	if (status == GNP_OK)
-		status = read_values(call, work, error);
+		status = gnp_conditions_read(call, work->cloud.count, work->sides, &work->conditions, error);
 	if (status != GNP_OK)
 		return status;
 	size_t count;
@@ -218,15 +201,17 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 {
 	const struct options *given = gnp_call_options(call);
 	struct options o = *given;
-	struct work work = {.found = false};
+	struct work work = {.sides = gnp_conditions_sides(call, "source")};
 	gnp_status status = read_inputs(call, &work, error);
-	o.equation.core.fixed = work.fixed;
+	o.equation.core.fixed = work.conditions.fixed;
 	if (status == GNP_OK)
 		status = gnp_equation_get(call, &gnp_equation_poisson, &o.equation, &work.cloud, pool, task, &work.entry,
 		                          &work.found, error);
 	if (status == GNP_OK)
-		status = gnp_poisson_solve(gnp_prepared_object(work.entry), work.source, work.values, work.sides, pool, task,
-		                           work.solution, work.reports, error);
+		status = gnp_conditions_load(&work.conditions, gnp_prepared_object(work.entry), pool, task, error);
+	if (status == GNP_OK)
+		status = gnp_poisson_solve(gnp_prepared_object(work.entry), work.conditions.source, work.conditions.values,
+		                           work.sides, pool, task, work.solution, work.reports, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(&work, &o, task, &response->parameters, error);

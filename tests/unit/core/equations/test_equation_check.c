@@ -166,9 +166,9 @@ static gnp_status heat_warns(double dt, size_t steps, struct gnp_task *task, str
 	struct gnp_poisson_options options = options_of();
 	struct gnp_poisson *poisson = NULL;
 	gnp_task_init(task);
-	gnp_status status = gnp_heat_prepare(&cloud, &options, dt, pool, task, &poisson, error);
+	gnp_status status = gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = dt}, pool, task, &poisson, error);
 	if (status == GNP_OK)
-		status = gnp_heat_step(poisson, dt, steps, NULL, NULL, 1, pool, task, given.column, error);
+		status = gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = dt, .steps = steps}, &(struct gnp_heat_field){.count = 1, .u = given.column}, pool, task, error);
 	gnp_poisson_release(poisson);
 	return status;
 }
@@ -349,19 +349,38 @@ static void sheets_taken_for_one_are_told(void)
 	CHECK_CONTAINS(text_of(&task, GNP_WARNING_CROSSINGS), "leave the surface steeply for a point that faces the same way");
 }
 
-static void points_at_one_place_are_refused(void)
+/* Every hundredth point again: the answers are those without, at both. */
+static void points_at_one_place_are_merged(void)
 {
+	enum { ONCE = 1000, TWICE = ONCE + 10 };
 	struct gnp_poisson_options options = options_of();
-	struct gnp_error error = {0}, other = {0};
-	struct gnp_collocation made;
+	struct gnp_task task;
+	struct gnp_collocation made, alone;
 	struct gnp_geodesic *geodesic;
-	make_sphere(1000, 2);
-	memcpy(given.points + 30, given.points + 3, 3 * sizeof(double));
-	struct gnp_cloud cloud = cloud_of();
-	CHECK(gnp_laplacian_run(&cloud, &options.laplacian, pool, NULL, &made, NULL, &error) == GNP_DEGENERATE);
-	CHECK_CONTAINS(error.text, "points: 1 lie where another one does, point ");
-	CHECK(gnp_geodesic_create(&cloud, &options.laplacian.domain, pool, NULL, &geodesic, &other) == GNP_DEGENERATE);
-	CHECK_CONTAINS(other.text, "points: 1 lie where another one does, point ");
+	double distance[TWICE];
+	make_sphere(ONCE, 2);
+	for (size_t k = 0; k < 10; k++)
+		memcpy(given.points + 3 * (ONCE + k), given.points + 300 * k, 3 * sizeof(double));
+	struct gnp_cloud once = cloud_of(), twice = once;
+	twice.count = TWICE;
+	gnp_task_init(&task);
+	CHECK(gnp_laplacian_run(&once, &options.laplacian, pool, NULL, &alone, NULL, NULL) == GNP_OK);
+	CHECK(gnp_laplacian_run(&twice, &options.laplacian, pool, &task, &made, NULL, NULL) == GNP_OK);
+	CHECK_CONTAINS(text_of(&task, GNP_WARNING_COPIES), "copies: 10 points lie where another one does, point 1000 where point 0 is");
+	CHECK(made.rows == TWICE && made.columns == ONCE && alone.rows == ONCE);
+	for (size_t i = 0; i < TWICE; i++) {
+		size_t like = i < ONCE ? i : 100 * (i - ONCE), count = made.row_offsets[i + 1] - made.row_offsets[i];
+		CHECK(count == alone.row_offsets[like + 1] - alone.row_offsets[like]);
+		CHECK(memcmp(made.column + made.row_offsets[i], alone.column + alone.row_offsets[like], count * sizeof *made.column) == 0);
+	}
+	gnp_collocation_clear(&made);
+	gnp_collocation_clear(&alone);
+	CHECK(gnp_geodesic_create(&twice, &options.laplacian.domain, pool, NULL, &geodesic, NULL) == GNP_OK);
+	CHECK(gnp_geodesic_distance(geodesic, (const uint32_t[]){ONCE, 0}, 2, pool, NULL, distance, NULL) == GNP_OK);
+	for (size_t k = 0; k < 10; k++)
+		CHECK(distance[ONCE + k] == distance[100 * k]);
+	CHECK(distance[0] == 0 && distance[100] > 0);
+	gnp_geodesic_free(geodesic);
 }
 
 /* A chain of five, sources at both ends, and a point that nothing leads to. */
@@ -386,7 +405,7 @@ int main(int argc, char **argv)
 	                                    TEST(eigenvalues_that_are_none_are_told), TEST(open_surfaces_need_values_at_their_edge),
 	                                    TEST(heat_beyond_its_range_is_told), TEST(distances_beyond_their_bounds_are_told),
 	                                    TEST(distances_too_long_are_told),
-	                                    TEST(sheets_taken_for_one_are_told), TEST(points_at_one_place_are_refused), TEST(paths_are_the_shortest)};
+	                                    TEST(sheets_taken_for_one_are_told), TEST(points_at_one_place_are_merged), TEST(paths_are_the_shortest)};
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;
