@@ -256,14 +256,21 @@ static double column_value(const char *word, size_t i, size_t n, const double *p
 static bool add_input(const struct spec *spec, const struct gnp_tensor_info *info, const char *word, size_t n, const double *points,
                       struct gnp_request *request)
 {
+	enum { SOME = 5 }; /* rows of an input that has not one a point */
 	struct gnp_random random;
 	const char *colon = strchr(word, ':');
-	size_t columns = colon ? strtoul(colon + 1, NULL, 10) : 1, shape[] = {n, columns}, count = n * columns;
+	size_t rows = info->shape[0] == -1 ? n : SOME, columns = colon && info->rank > 1 ? strtoul(colon + 1, NULL, 10) : 1;
+	size_t shape[] = {rows, columns}, count = rows * columns;
 	double *values = calloc(count + 1, sizeof *values);
 	gnp_random_seed(&random, (uint64_t)spec_number(spec, "seed", 0), 2);
-	for (size_t i = 0; values && i < count; i++)
-		values[i] = info->datatype == GNP_BOOL ? mask_value(word, i, n, &random)
-		                                       : column_value(word, i / columns, n, points + 3 * (i / columns), &random);
+	for (size_t i = 0; values && i < count; i++) {
+		size_t point = rows == n || n == 0 ? i / columns : i % n;
+		if (info->datatype == GNP_INT64)
+			values[i] = floor(gnp_random_uniform(&random) * (double)n) + (strncmp(word, "huge", 4) == 0 ? 1e12 : 0);
+		else
+			values[i] = info->datatype == GNP_BOOL ? mask_value(word, i, n, &random)
+			                                       : column_value(word, point, n, points + 3 * (n ? point : 0), &random);
+	}
 	bool done = values && add(request, info->name, info->datatype == GNP_BOOL ? GNP_UINT8 : GNP_FP64, info->rank, shape, values);
 	free(values);
 	return done;

@@ -106,8 +106,10 @@ static void what_cannot_be_loaded_is_named(void)
 	struct gnp_poisson *square = prepare(points, N, GNP_SYSTEM_SQUARE, 1), *closed = prepare(points, N, GNP_SYSTEM_SYMMETRIC, 1);
 	CHECK(gnp_load_flux(square, flux, 1, pool, NULL, f, NULL, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "flux: the operator is collocation, which has no open edges: need system=symmetric");
+	error = (struct gnp_error){0};
 	CHECK(gnp_load_flux(closed, flux, 1, pool, NULL, f, NULL, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "flux: the surface has no open edge");
+	error = (struct gnp_error){0};
 	CHECK(gnp_load_points(closed, &(uint32_t){N}, &(double){1}, 1, 1, f, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "source_points[0]: got point 1681, the cloud has 1681");
 	gnp_poisson_release(square);
@@ -115,6 +117,7 @@ static void what_cannot_be_loaded_is_named(void)
 	make_square(true, points);
 	struct gnp_poisson *open = prepare(points, N, GNP_SYSTEM_SYMMETRIC, 1);
 	flux[0] = INFINITY;
+	error = (struct gnp_error){0};
 	CHECK(gnp_load_flux(open, flux, 1, pool, NULL, f, NULL, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "flux: value 0 of point 0 is inf");
 	gnp_poisson_release(open);

@@ -378,14 +378,30 @@ static void bad_input_is_refused_by_name(void)
 	free(source);
 }
 
-static void points_at_one_place_are_told(void)
+/* Where one of several points at a place is fixed the place is; two values there are a contradiction. */
+static void points_at_one_place_have_one_value(void)
 {
-	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = 1000, .seed = 7}, pool);
+	enum { N = 1000, AGAIN = 700 };
+	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = N, .seed = 7}, pool);
 	struct gnp_cloud cloud = cloud_of(&sample);
 	struct gnp_poisson_options options = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_AUTO);
+	static unsigned char fixed[N];
+	static double f[N], values[N], u[N];
+	struct gnp_poisson *poisson = NULL;
+	struct gnp_error error = {0};
 	for (size_t i = 0; i < 9; i++)
-		sample.points[700 * 3 + i] = sample.points[i];
-	refuse(&cloud, &options, NULL, GNP_DEGENERATE, "points: 3 lie where another one does, point 70");
+		sample.points[AGAIN * 3 + i] = sample.points[i];
+	fixed[AGAIN] = fixed[1] = fixed[AGAIN + 1] = 1;
+	values[AGAIN] = 3;
+	values[1] = values[AGAIN + 1] = -2;
+	options.fixed = fixed;
+	CHECK(gnp_poisson_prepare(&cloud, &options, pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_poisson_solve(poisson, f, values, 1, pool, NULL, u, NULL, NULL) == GNP_OK);
+	CHECK(u[0] == 3 && u[AGAIN] == 3 && u[1] == -2 && u[AGAIN + 1] == -2 && u[2] == u[AGAIN + 2]);
+	values[1] = 5;
+	CHECK(gnp_poisson_solve(poisson, f, values, 1, pool, NULL, u, NULL, &error) == GNP_INVALID_ARGUMENT);
+	CHECK_STRING(error.text, "values: got 5 at point 1 and -2 at point 701, which lies at the same place");
+	gnp_poisson_release(poisson);
 	gnp_sample_clear(&sample);
 }
 
@@ -398,7 +414,7 @@ int main(int argc, char **argv)
 	                                    TEST(fixed_points_keep_their_values), TEST(each_part_of_a_cloud_has_a_mean_of_its_own),
 	                                    TEST(outliers_are_dropped_and_answered), TEST(the_mean_is_zero_as_asked), TEST(many_right_hand_sides_are_solved_as_one_is),
 	                                    TEST(any_number_of_workers_gives_the_same_bytes), TEST(bad_input_is_refused_by_name),
-	                                    TEST(points_at_one_place_are_told)};
+	                                    TEST(points_at_one_place_have_one_value)};
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
 		return 1;

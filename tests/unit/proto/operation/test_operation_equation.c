@@ -145,10 +145,71 @@ static void screening_and_given_values(void)
 	end(&request, &response);
 }
 
+static void add_rows(struct gnp_request *request, const char *name, unsigned rank, size_t rows, const double *values)
+{
+	const size_t shape[] = {rows, 2};
+	struct gnp_tensor *tensor;
+	CHECK(gnp_tensors_add(&request->inputs, name, GNP_FP64, rank, shape, &tensor, NULL) == GNP_OK);
+	memcpy(tensor->data, values, tensor->size);
+}
+
+/* Strengths that cancel in one column, and are worth their area in the other: alpha u - Delta u = f has the integral
+ * of f over alpha. */
+static void sources_at_points_have_their_strength(void)
+{
+	struct gnp_request request = begin("estimator=gmls screening=2 system=symmetric");
+	struct gnp_response response = {0};
+	add_rows(&request, "source_points", 1, 2, (const double[]){7, 1234});
+	add_rows(&request, "source_strengths", 2, 2, (const double[]){1, 3, -1, 5});
+	run_well("poisson", &request, &response);
+	const struct gnp_tensor *u = output(&response, "solution", GNP_FP64, COUNT, 2);
+	double mean[2] = {0};
+	for (size_t i = 0; u && i < 2 * COUNT; i++)
+		mean[i % 2] += gnp_tensor_get(u, i) / COUNT;
+	CHECK_NEAR(mean[0], 0, 0.01);
+	CHECK_NEAR(mean[1], 8 / (2 * 4 * M_PI), 0.01);
+	CHECK(u && gnp_tensor_get(u, 14) > 0.1 && gnp_tensor_get(u, 2468) < -0.1);
+	end(&request, &response);
+}
+
+static void heat_keeps_snapshots(void)
+{
+	struct gnp_request request = begin("estimator=gmls dt=0.01 steps=5 snapshot_every=2 scheme=tr_bdf2");
+	struct gnp_response response = {0};
+	add_harmonics(&request, "initial", 1, 1);
+	run_well("heat", &request, &response);
+	const struct gnp_tensor *snapshots = gnp_tensors_find(&response.outputs, "snapshots"), *u = output(&response, "solution", GNP_FP64, COUNT, 2);
+	const struct gnp_tensor *times = output(&response, "snapshot_time", GNP_FP64, 4, 0);
+	CHECK(snapshots && snapshots->rank == 3 && snapshots->shape[0] == 4 && snapshots->shape[1] == COUNT && snapshots->shape[2] == 2);
+	for (size_t i = 0; snapshots && u && i < 2 * COUNT; i++)
+		CHECK(gnp_tensor_get(snapshots, 3 * 2 * COUNT + i) == gnp_tensor_get(u, i));
+	CHECK(times && gnp_tensor_get(times, 2) == 0.04 && gnp_tensor_get(times, 3) == 0.05);
+	check_harmonics(&request, u, exp(-0.1), exp(-0.3), 2e-3);
+	end(&request, &response);
+	request = begin("estimator=gmls dt=0.01 outputs=snapshots");
+	add_harmonics(&request, "initial", 1, 1);
+	check_refused("heat", &request, "snapshots: needs snapshot_every, got 0");
+}
+
 static void bad_inputs_are_named(void)
 {
 	struct gnp_request request = begin("estimator=gmls");
-	check_refused("poisson", &request, "input \"source\": missing");
+	check_refused("poisson", &request, "input \"source\": missing, and no source_points, values or flux instead");
+	request = begin("estimator=gmls dt=1");
+	check_refused("heat", &request, "input \"initial\": missing, and no source");
+	request = begin("estimator=gmls");
+	add_rows(&request, "source_strengths", 2, 1, (const double[]){1, 1});
+	check_refused("poisson", &request, "source_strengths: need the input source_points, which says where they are");
+	request = begin("estimator=gmls");
+	add_rows(&request, "source_points", 1, 2, (const double[]){1, 3000});
+	check_refused("poisson", &request, "source_points[1]: got 3000, need an index below 3000");
+	request = begin("estimator=gmls");
+	add_rows(&request, "source_points", 1, 2, (const double[]){1, 2});
+	add_rows(&request, "source_strengths", 2, 1, (const double[]){1, 1});
+	check_refused("poisson", &request, "source_strengths: got 1 rows, need 2 as source_points has");
+	request = begin("estimator=gmls system=symmetric");
+	add_harmonics(&request, "flux", 1, 1);
+	check_refused("poisson", &request, "flux: the surface has no open edge");
 	request = begin("estimator=gmls");
 	add_harmonics(&request, "source", 2, 6);
 	add_harmonics(&request, "values", 1, 1);
@@ -378,7 +439,7 @@ static void a_system_near_singular_is_told(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(poisson_solves_for_harmonics), TEST(a_mean_is_taken_off_and_told), TEST(a_solution_not_to_be_believed_is_told), TEST(screening_and_given_values),
-	                                    TEST(bad_inputs_are_named), TEST(operators_are_kept_between_requests), TEST(every_right_hand_side_is_paid_for), TEST(heat_decays_by_its_law),
+	                                    TEST(bad_inputs_are_named), TEST(operators_are_kept_between_requests), TEST(every_right_hand_side_is_paid_for), TEST(heat_decays_by_its_law), TEST(sources_at_points_have_their_strength), TEST(heat_keeps_snapshots),
 	                                    TEST(geodesics_are_great_circles), TEST(spectrum_is_the_spheres),
 	                                    TEST(laplacian_comes_as_rows_and_as_matrix_market), TEST(sources_of_any_size_are_solved_for),
 	                                    TEST(a_residual_does_not_depend_on_the_unit_of_length), TEST(what_drowns_in_rounding_is_refused),
