@@ -3,7 +3,7 @@
 
 #include "core/base/memory.h"
 #include "core/equations/geodesic.h"
-#include "proto/operation/operation_equation.h"
+#include "proto/equation/operation_equation.h"
 
 struct options {
 	struct gnp_equation_options equation; /* its domain alone counts */

@@ -1,7 +1,7 @@
 /* The operation `laplacian`: its descriptor, and the way from tensors to gnp_laplacian_run and back. */
 #include <stdlib.h>
 
-#include "proto/operation/operation_equation.h"
+#include "proto/equation/operation_equation.h"
 
 struct options {
 	struct gnp_equation_options equation;

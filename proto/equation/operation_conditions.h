@@ -3,7 +3,7 @@
 #ifndef GNP_PROTO_OPERATION_CONDITIONS_H
 #define GNP_PROTO_OPERATION_CONDITIONS_H
 
-#include "proto/operation/operation_equation.h"
+#include "proto/equation/operation_equation.h"
 
 #define GNP_CONDITIONS_INPUTS                                                                                          \
 	{"fixed", GNP_BOOL, 1, {-1}, true, "1 where u is given (Dirichlet points)"},                                       \

@@ -1,4 +1,4 @@
-#include "proto/operation/operation_conditions.h"
+#include "proto/equation/operation_conditions.h"
 
 #include <stdlib.h>
 

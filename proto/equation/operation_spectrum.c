@@ -1,6 +1,6 @@
 /* The operation `spectrum`: its descriptor, and the way from tensors to gnp_spectrum_run and back. */
 #include "core/equations/spectrum.h"
-#include "proto/operation/operation_equation.h"
+#include "proto/equation/operation_equation.h"
 
 struct options {
 	struct gnp_equation_options equation;

@@ -1,4 +1,4 @@
-#include "proto/operation/operation_equation.h"
+#include "proto/equation/operation_equation.h"
 
 #include <math.h>
 #include <stdio.h>

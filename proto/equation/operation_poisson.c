@@ -5,7 +5,7 @@
 
 #include "core/base/memory.h"
 #include "core/operators/energy.h"
-#include "proto/operation/operation_conditions.h"
+#include "proto/equation/operation_conditions.h"
 
 struct options {
 	struct gnp_equation_options equation;

@@ -4,7 +4,7 @@
 
 #include "core/base/memory.h"
 #include "core/equations/heat.h"
-#include "proto/operation/operation_conditions.h"
+#include "proto/equation/operation_conditions.h"
 
 struct options {
 	struct gnp_equation_options equation;
