@@ -139,8 +139,10 @@ static gnp_status solve_whole(const struct flow *flow, const double *before, dou
 		flow->f[i] = flow->alpha * (before ? u[i] + more * (u[i] - before[i]) : u[i]) + (source ? source[i] : 0);
 		status = check_size(flow->f[i], u[i], flow->step, error);
 	}
-	return status == GNP_OK ? gnp_poisson_solve(flow->poisson, flow->f, flow->field.values, flow->field.count, flow->pool,
-	                                            flow->task, flow->w, NULL, error) : status;
+	if (status != GNP_OK)
+		return status;
+	return gnp_poisson_solve(flow->poisson, flow->f, flow->field.values, flow->field.count, flow->pool, flow->task,
+	                         flow->w, NULL, error);
 }
 
 static gnp_status step_whole(const struct flow *flow, struct gnp_error *error)
@@ -224,10 +226,11 @@ static gnp_status run(struct flow *flow, struct gnp_heat_range *ranges, struct g
 		if (status == GNP_OK)
 			keep_snapshot(flow, flow->step + 1, &kept);
 	}
+	const char *advice = o->scheme == GNP_HEAT_TR_BDF2
+	                         ? "tr_bdf2 overshoots where steps are long: take smaller ones, or backward_euler" : NULL;
 	if (status == GNP_OK)
-		gnp_heat_check(domain, field->u, field->count, ranges, field->values != NULL,
-		               o->scheme == GNP_HEAT_TR_BDF2 ? "tr_bdf2 overshoots where steps are long: take smaller ones, or backward_euler"
-		                                             : NULL, gnp_task_warnings(flow->task));
+		gnp_heat_check(domain, field->u, field->count, ranges, field->values != NULL, advice,
+		               gnp_task_warnings(flow->task));
 	return status;
 }
 
@@ -237,9 +240,11 @@ gnp_status gnp_heat_run(const struct gnp_poisson *poisson, const struct gnp_heat
 {
 	const struct gnp_poisson_info info = gnp_poisson_info(poisson);
 	size_t entries = info.points * field->count;
-	bool symmetric = info.system == GNP_SYSTEM_SYMMETRIC, third = symmetric ? field->values != NULL : options->scheme == GNP_HEAT_TR_BDF2;
+	bool symmetric = info.system == GNP_SYSTEM_SYMMETRIC;
+	bool third = symmetric ? field->values != NULL : options->scheme == GNP_HEAT_TR_BDF2;
 	struct flow flow = {.poisson = poisson, .options = options, .field = *field, .by_change = symmetric,
-	                    .alpha = gnp_heat_screening(options->dt, options->scheme), .entries = entries, .pool = pool, .task = task};
+	                    .alpha = gnp_heat_screening(options->dt, options->scheme), .entries = entries, .pool = pool,
+	                    .task = task};
 	double *block = gnp_array_new(entries, (third ? 3 : 2) * sizeof *block);
 	struct gnp_heat_range *ranges = gnp_array_new(field->count, sizeof *ranges);
 	gnp_status status = block && ranges ? GNP_OK : gnp_no_memory("heat", entries, "values", error);

@@ -22,8 +22,8 @@ struct gnp_domain {
 	uint32_t *dropped_index;      /* (dropped) ascending; NULL without a filter */
 	double *dropped_points;       /* (dropped, 3) */
 	struct gnp_copies copies;     /* points at the places of others, which alone take part */
-	struct gnp_prepared prepared; /* the points that take part; order: their index in the cloud, of cloud_count: with a filter or copies no
-	                                 permutation of the rows here; normals are the estimator's */
+	struct gnp_prepared prepared; /* the points that take part; order: their index in the cloud, of cloud_count: with
+	                                 a filter or copies no permutation of the rows here; normals are the estimator's */
 	double *area;                 /* (prepared.count) of each point's cell [length^2] */
 	size_t open;                  /* cells at open boundaries */
 	int normals_estimated;        /* as in struct gnp_estimate, as are these: */

@@ -42,7 +42,8 @@ static gnp_status check_pair(const struct gnp_call *call, const char *name, cons
 static gnp_status check_strengths(const struct gnp_call *call, struct gnp_error *error)
 {
 	const struct gnp_tensors *inputs = &call->request->inputs;
-	const struct gnp_tensor *at = gnp_tensors_find(inputs, "source_points"), *strengths = gnp_tensors_find(inputs, "source_strengths");
+	const struct gnp_tensor *at = gnp_tensors_find(inputs, "source_points");
+	const struct gnp_tensor *strengths = gnp_tensors_find(inputs, "source_strengths");
 	if (!at || !strengths || at->shape[0] == strengths->shape[0])
 		return GNP_OK;
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "source_strengths: got %zu rows, need %zu as source_points has",

@@ -326,7 +326,9 @@ static bool keeps_range(const struct gnp_call *call, const struct gnp_response *
 static bool judge_heat(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
 	const struct gnp_tensor *solution = gnp_tensors_find(&response->outputs, "solution"), *initial = gnp_tensors_find(&call->request->inputs, "initial");
-	bool exact = keeps_range(call, response), driven = has_input(call, "source") || has_input(call, "source_points") || has_input(call, "flux") || has_input(call, "fixed");
+	bool exact = keeps_range(call, response);
+	bool driven = has_input(call, "source") || has_input(call, "source_points") || has_input(call, "flux") ||
+	              has_input(call, "fixed");
 	if (driven || !initial || !solution || (!exact && warns(response, "heat")))
 		return true;
 	double share = exact ? 1e-9 : 0.2, level = exact ? 1e-9 : 0.02;

@@ -168,7 +168,8 @@ static gnp_status heat_warns(double dt, size_t steps, struct gnp_task *task, str
 	gnp_task_init(task);
 	gnp_status status = gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = dt}, pool, task, &poisson, error);
 	if (status == GNP_OK)
-		status = gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = dt, .steps = steps}, &(struct gnp_heat_field){.count = 1, .u = given.column}, pool, task, error);
+		status = gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = dt, .steps = steps},
+		                      &(struct gnp_heat_field){.count = 1, .u = given.column}, pool, task, error);
 	gnp_poisson_release(poisson);
 	return status;
 }

@@ -17,10 +17,13 @@ static void a_step_is_that_of_implicit_euler(void)
 	options.laplacian.domain.estimate.cover = GNP_COVER_ALL;
 	for (int d = 0; d < 3; d++) {
 		struct gnp_poisson *poisson = NULL;
-		CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = dts[d]}, pool, NULL, &poisson, NULL) == GNP_OK);
+		CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = dts[d]},
+		                   pool, NULL, &poisson, NULL) == GNP_OK);
 		for (size_t i = 0; i < N; i++)
 			u[i] = 4 + sample.points[3 * i + 2];
-		CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = dts[d], .steps = STEPS}, &(struct gnp_heat_field){.count = 1, .u = u}, pool, NULL, NULL) == GNP_OK);
+		CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = dts[d], .steps = STEPS},
+		                   &(struct gnp_heat_field){.count = 1, .u = u},
+		                   pool, NULL, NULL) == GNP_OK);
 		for (size_t i = 0; i < N; i++)
 			CHECK_NEAR(u[i], 4 + sample.points[3 * i + 2] / pow(1 + 2 * dts[d], STEPS), 2e-5);
 		gnp_poisson_release(poisson);
@@ -39,8 +42,11 @@ static void a_source_warms_at_its_rate(void)
 	double *u = calloc(2 * N, sizeof *u);
 	for (size_t i = 0; i < N; i++)
 		u[N + i] = 3;
-	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0.5}, pool, NULL, &poisson, NULL) == GNP_OK);
-	CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = 0.5, .steps = 4}, &(struct gnp_heat_field){.count = 1, .u = u, .source = u + N}, pool, NULL, NULL) == GNP_OK);
+	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0.5},
+	                   pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = 0.5, .steps = 4},
+	                   &(struct gnp_heat_field){.count = 1, .u = u, .source = u + N},
+	                   pool, NULL, NULL) == GNP_OK);
 	for (size_t i = 0; i < N; i++)
 		CHECK_NEAR(u[i], 6, 1e-8);
 	gnp_poisson_release(poisson);
@@ -73,16 +79,19 @@ static double error_on_sphere(int scheme, int system, double dt)
 
 static void schemes_are_of_their_order(void)
 {
-	double euler = error_on_sphere(GNP_HEAT_BACKWARD_EULER, GNP_SYSTEM_SQUARE, 0.2), half = error_on_sphere(GNP_HEAT_BACKWARD_EULER, GNP_SYSTEM_SQUARE, 0.1);
+	double euler = error_on_sphere(GNP_HEAT_BACKWARD_EULER, GNP_SYSTEM_SQUARE, 0.2);
+	double half = error_on_sphere(GNP_HEAT_BACKWARD_EULER, GNP_SYSTEM_SQUARE, 0.1);
 	CHECK_NEAR(euler / half, 2, 0.3);
-	double both = error_on_sphere(GNP_HEAT_TR_BDF2, GNP_SYSTEM_SQUARE, 0.2), fine = error_on_sphere(GNP_HEAT_TR_BDF2, GNP_SYSTEM_SQUARE, 0.1);
+	double both = error_on_sphere(GNP_HEAT_TR_BDF2, GNP_SYSTEM_SQUARE, 0.2);
+	double fine = error_on_sphere(GNP_HEAT_TR_BDF2, GNP_SYSTEM_SQUARE, 0.1);
 	CHECK_NEAR(both / fine, 4, 0.6);
 	CHECK_AT_MOST(both, half / 10);
 	double symmetric = error_on_sphere(GNP_HEAT_TR_BDF2, GNP_SYSTEM_SYMMETRIC, 0.1);
 	CHECK_AT_MOST(symmetric, 3e-3); /* what the discretisation of space has */
 }
 
-/* The unit square, one edge at 0 and the opposite one at 1: heat settles to x; and points that coincide have one value. */
+/* The unit square, one edge at 0 and the opposite one at 1: heat settles to x, and points that coincide have one
+ * value. */
 static void fixed_values_are_kept_and_settled_to(void)
 {
 	enum { SIDE = 21, COPIES = 30, N = SIDE * SIDE + COPIES };
@@ -132,7 +141,8 @@ static void a_step_that_is_none_is_refused(void)
 	struct gnp_poisson_options options = gnp_poisson_defaults();
 	struct gnp_poisson *poisson = NULL;
 	struct gnp_error error = {0};
-	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0}, pool, NULL, &poisson, &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0},
+	                   pool, NULL, &poisson, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "dt: got 0, need a finite number > 0");
 }
 

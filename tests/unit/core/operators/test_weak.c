@@ -95,12 +95,15 @@ static void heat_stays_between_its_least_and_its_most(void)
 			struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
 			struct gnp_poisson *poisson = NULL;
 			const struct gnp_cloud cloud = {n, points, NULL};
-			CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = steps[s]}, pool, NULL, &poisson, NULL) == GNP_OK);
+			CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = steps[s]},
+			                   pool, NULL, &poisson, NULL) == GNP_OK);
 			for (size_t i = 0; i < n; i++) {
 				u[2 * i] = 1;
 				u[2 * i + 1] = gnp_random_uniform(&random) < 0.5;
 			}
-			CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = steps[s], .steps = 5}, &(struct gnp_heat_field){.count = 2, .u = u}, pool, NULL, NULL) == GNP_OK);
+			CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = steps[s], .steps = 5},
+			                   &(struct gnp_heat_field){.count = 2, .u = u},
+			                   pool, NULL, NULL) == GNP_OK);
 			double worst = 0, least = 0, most = 1;
 			for (size_t i = 0; i < n; i++) {
 				worst = fmax(worst, fabs(u[2 * i] - 1));
@@ -193,8 +196,11 @@ static void lone_points_keep_to_themselves(void)
 	CHECK_NEAR(u[n], 0, 1e-12);
 	CHECK_NEAR(u[0], 1 / 9.8696044010893586, 1e-3);
 	gnp_poisson_release(poisson);
-	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0.1}, pool, NULL, &poisson, NULL) == GNP_OK);
-	CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = 0.1, .steps = 3}, &(struct gnp_heat_field){.count = 1, .u = f}, pool, NULL, NULL) == GNP_OK);
+	CHECK(gnp_heat_prepare(&cloud, &options, &(struct gnp_heat_options){.dt = 0.1},
+	                   pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_heat_run(poisson, &(struct gnp_heat_options){.dt = 0.1, .steps = 3},
+	                   &(struct gnp_heat_field){.count = 1, .u = f},
+	                   pool, NULL, NULL) == GNP_OK);
 	CHECK_NEAR(f[n], 7, 1e-9);
 	gnp_poisson_release(poisson);
 }
