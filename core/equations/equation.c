@@ -45,7 +45,7 @@ static void take_matrix(struct gnp_collocation *made, double alpha, struct gnp_e
 /* On the square system alpha u is alpha times the unknown itself rather than the fit's value there. */
 static void add_alpha(struct gnp_csr *matrix, double alpha)
 {
-	for (size_t i = 0; i < matrix->rows && alpha > 0; i++)
+	for (size_t i = 0; i < matrix->rows && alpha != 0; i++)
 		for (size_t e = matrix->row_offsets[i]; e < matrix->row_offsets[i + 1]; e++)
 			if (matrix->column[e] == i)
 				matrix->value[e] += alpha;
@@ -105,7 +105,7 @@ static gnp_status finish_square(struct gnp_equation *equation, struct gnp_error 
 {
 	add_alpha(&equation->matrix, equation->alpha);
 	set_identity(&equation->matrix, equation->given);
-	return equation->alpha > 0 ? GNP_OK : pin(&equation->matrix, equation, error);
+	return equation->alpha != 0 ? GNP_OK : pin(&equation->matrix, equation, error);
 }
 
 /* Nothing is asked of given points. */
@@ -141,7 +141,7 @@ static gnp_status finish_least_squares(struct gnp_pool *pool, struct gnp_task *t
 	if (status != GNP_OK)
 		return status;
 	set_identity(&equation->normal, equation->given);
-	return equation->alpha > 0 ? GNP_OK : pin(&equation->normal, equation, error);
+	return equation->alpha != 0 ? GNP_OK : pin(&equation->normal, equation, error);
 }
 
 static gnp_status copy_given(const unsigned char *given, struct gnp_equation *equation, struct gnp_error *error)
@@ -163,7 +163,7 @@ gnp_status gnp_equation_make(const struct gnp_domain *domain, const struct gnp_l
 	struct gnp_equation equation = {.system = options->system, .alpha = alpha};
 	bool least_squares = options->system == GNP_SYSTEM_LEAST_SQUARES;
 	wanted.which = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN) |
-	               (least_squares && alpha > 0 ? GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE) : 0);
+	               (least_squares && alpha != 0 ? GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE) : 0);
 	gnp_status status = gnp_laplacian_assemble(domain, &wanted, given, pool, task, &made, error);
 	if (status != GNP_OK)
 		return status;

@@ -18,7 +18,7 @@ struct gnp_equation {
 	struct gnp_csr normal;   /* least squares, until the factor is made: transpose * matrix, with pins, the identity at given points */
 	uint32_t *kept;          /* (unknowns) the row of each */
 	unsigned char *given;    /* (unknowns) 1: the value is known; NULL: none is */
-	struct gnp_components components; /* none where alpha > 0: nothing is free */
+	struct gnp_components components; /* none where alpha is not 0: nothing is free */
 	double *pin;             /* (components.count) what was added at each anchor */
 	double alpha;            /* [1 / length^2] */
 	size_t reduced;          /* rows fitted with a lower degree */

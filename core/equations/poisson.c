@@ -82,9 +82,8 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 
 static gnp_status check_options(const struct gnp_poisson_options *options, struct gnp_error *error)
 {
-	if (!(options->screening >= 0) || isinf(options->screening))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "screening: got %g, need a finite number >= 0", options->screening);
+	if (!isfinite(options->screening))
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g, need a finite number", options->screening);
 	if (options->solver < GNP_SOLVER_AUTO || options->solver > GNP_SOLVER_ITERATIVE)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "solver: got %d, need 0..%d", options->solver, GNP_SOLVER_ITERATIVE);
@@ -212,7 +211,7 @@ static gnp_status check_screening(const struct gnp_domain *domain, double alpha,
 	double area = 0;
 	for (size_t i = 0; i < domain->prepared.count; i++)
 		area += domain->area[i] / (double)domain->prepared.count;
-	if (alpha * area <= most)
+	if (fabs(alpha) * area <= most)
 		return GNP_OK;
 	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 	                     "screening: got %g (of heat: one over dt), need at most %g, %g over the area of %g that a point "
@@ -279,15 +278,12 @@ static gnp_status choose_operator(struct gnp_poisson *poisson, const struct gnp_
 	return make_operator(poisson, options, GNP_SYSTEM_SYMMETRIC, given, pool, task, warnings, error);
 }
 
-static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *cloud,
-                       const struct gnp_poisson_options *options, struct gnp_pool *pool, struct gnp_task *task,
-                       struct gnp_error *error)
+static gnp_status make(struct gnp_poisson *poisson, const struct gnp_poisson_options *options, struct gnp_pool *pool,
+                       struct gnp_task *task, struct gnp_error *error)
 {
 	unsigned char *given = NULL;
 	int system = options->laplacian.system;
-	gnp_status status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &poisson->domain, error);
-	if (status == GNP_OK)
-		status = check_screening(&poisson->domain, options->screening, error);
+	gnp_status status = check_screening(&poisson->domain, options->screening, error);
 	if (status == GNP_OK)
 		status = order_fixed(&poisson->domain, options->fixed, &given, error);
 	if (status == GNP_OK && poisson->domain.dropped)
@@ -306,22 +302,38 @@ static gnp_status make(struct gnp_poisson *poisson, const struct gnp_cloud *clou
 	return status;
 }
 
-gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
-                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
-                               struct gnp_error *error)
+gnp_status gnp_poisson_prepare_take(struct gnp_domain *domain, const struct gnp_poisson_options *options,
+                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                                    struct gnp_error *error)
 {
-	gnp_status status = check_options(options, error);
-	if (status != GNP_OK)
-		return status;
 	struct gnp_poisson *poisson = gnp_array_zero(1, sizeof *poisson);
-	if (!poisson)
-		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "poisson: no memory");
+	gnp_status status = check_options(options, error);
+	if (status == GNP_OK && !poisson)
+		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "poisson: no memory");
+	if (status != GNP_OK) {
+		free(poisson);
+		gnp_domain_clear(domain);
+		return status;
+	}
 	poisson->references = 1;
+	poisson->domain = *domain;
+	*domain = (struct gnp_domain){.cloud_count = 0};
 	poisson->krylov = (struct gnp_krylov_options){.tolerance = options->tolerance, .iterations = (size_t)options->iterations};
-	status = make(poisson, cloud, options, pool, task, error);
+	status = make(poisson, options, pool, task, error);
 	if (status == GNP_OK)
 		*out = poisson;
 	else
 		gnp_poisson_release(poisson);
 	return status;
+}
+
+gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
+                               struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                               struct gnp_error *error)
+{
+	struct gnp_domain domain;
+	gnp_status status = check_options(options, error);
+	if (status == GNP_OK)
+		status = gnp_domain_make(cloud, &options->laplacian.domain, pool, task, &domain, error);
+	return status == GNP_OK ? gnp_poisson_prepare_take(&domain, options, pool, task, out, error) : status;
 }

@@ -14,7 +14,7 @@ enum gnp_mean { GNP_MEAN_AREA, GNP_MEAN_PLAIN };
 
 struct gnp_poisson_options {
 	struct gnp_laplacian_options laplacian; /* domain, system, drop, degree, neighbors; which is ignored */
-	double screening;           /* alpha >= 0 [1 / length^2] */
+	double screening;           /* alpha [1 / length^2]; below 0 there are waves, whose eigenvalue -alpha must be none of the operator's */
 	const unsigned char *fixed; /* (n) 1 where u is given with each right-hand side (Dirichlet); NULL: nowhere. Read while preparing alone */
 	int solver;                 /* enum gnp_solver_kind */
 	size_t memory_limit;        /* of the factor while it is made [bytes]; 0: none */
@@ -35,6 +35,10 @@ struct gnp_poisson; /* opaque */
 gnp_status gnp_poisson_prepare(const struct gnp_cloud *cloud, const struct gnp_poisson_options *options,
                                struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
                                struct gnp_error *error);
+/* The same of a domain, which is taken over, also when it fails. */
+gnp_status gnp_poisson_prepare_take(struct gnp_domain *domain, const struct gnp_poisson_options *options,
+                                    struct gnp_pool *pool, struct gnp_task *task, struct gnp_poisson **out,
+                                    struct gnp_error *error);
 struct gnp_poisson *gnp_poisson_retain(struct gnp_poisson *poisson);
 void gnp_poisson_release(struct gnp_poisson *poisson); /* frees with the last reference; NULL is allowed */
 

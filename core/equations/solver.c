@@ -51,10 +51,9 @@ static gnp_status too_large(const struct gnp_factor_plan *plan, size_t memory_li
 	                     plan->symbolic.count, 1e-9 * (double)plan->peak_bytes, 1e-9 * (double)memory_limit);
 }
 
-/* fits (may be NULL: then it must) says whether the limit allows the factor. */
-static gnp_status factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit,
-                         struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_factor **out,
-                         struct gnp_error *error)
+gnp_status gnp_solver_factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit,
+                             struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_factor **out,
+                             struct gnp_error *error)
 {
 	struct gnp_factor_plan plan;
 	gnp_task_stage(task, GNP_STAGE_FACTOR, 0);
@@ -109,7 +108,7 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 	if (!points)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for %zu unknowns", equation->unknowns);
 	bool square = is_square(equation);
-	gnp_status status = factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->factor,
+	gnp_status status = gnp_solver_factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->factor,
 	                           error);
 	free(points);
 	solver->kind = GNP_SOLVER_DIRECT;
@@ -163,7 +162,7 @@ static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_dom
 		status = gnp_volume_matrix(&stiffness, added, equation->given, &matrix, error);
 	}
 	if (status == GNP_OK)
-		status = factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->factor, error);
+		status = gnp_solver_factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->factor, error);
 	gnp_prepared_clear(&kept);
 	gnp_stiffness_clear(&stiffness);
 	gnp_csr_clear(&matrix);

@@ -4,6 +4,7 @@
 #define GNP_CORE_SOLVER_H
 
 #include "core/equations/equation.h"
+#include "core/linear/factor.h"
 #include "core/linear/krylov.h"
 
 enum gnp_solver_kind { GNP_SOLVER_AUTO, GNP_SOLVER_DIRECT, GNP_SOLVER_ITERATIVE };
@@ -26,5 +27,11 @@ int gnp_solver_kind(const struct gnp_solver *solver); /* direct or iterative */
 gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, size_t count,
                             const struct gnp_krylov_options *options, struct gnp_pool *pool, struct gnp_task *task,
                             double *x, struct gnp_krylov_report *report, struct gnp_error *error);
+
+/* The factor of a matrix (factor_plan.h), where its limit of memory (0: none) allows it. fits (may be NULL: then it must)
+ * says whether that does. */
+gnp_status gnp_solver_factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit,
+                             struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_factor **out,
+                             struct gnp_error *error);
 
 #endif

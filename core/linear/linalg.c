@@ -2,6 +2,7 @@
 
 #include <cblas.h>
 #include <math.h>
+#include <stdlib.h>
 
 void gnp_linalg_init(void)
 {
@@ -105,6 +106,8 @@ extern void dpotrf_(const char *triangle, const int *n, double *a, const int *ld
 extern void dgeev_(const char *left, const char *right, const int *n, double *a, const int *lda, double *real,
                    double *imaginary, double *vl, const int *ldvl, double *vr, const int *ldvr, double *work,
                    const int *lwork, int *info, size_t, size_t);
+extern void dsyevd_(const char *vectors, const char *triangle, const int *n, double *a, const int *lda, double *values,
+                    double *work, const int *lwork, int *iwork, const int *liwork, int *info, size_t, size_t);
 
 size_t gnp_linalg_cholesky(size_t n, double *a, size_t lda, double smallest)
 {
@@ -121,5 +124,17 @@ int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, doubl
 {
 	int order = (int)n, length = 8 * order, one = 1, info = 0;
 	dgeev_("N", "V", &order, a, &order, real, imaginary, NULL, &one, vectors, &order, work, &length, &info, 1, 1);
+	return info;
+}
+
+int gnp_linalg_eigen_symmetric(size_t n, double *a, double *values)
+{
+	int order = (int)n, length = 1 + 6 * order + 2 * order * order, whole = 3 + 5 * order, info = -1;
+	double *work = malloc((size_t)length * sizeof *work);
+	int *spare = malloc((size_t)whole * sizeof *spare);
+	if (work && spare)
+		dsyevd_("V", "L", &order, a, &order, values, work, &length, spare, &whole, &info, 1, 1);
+	free(work);
+	free(spare);
 	return info;
 }

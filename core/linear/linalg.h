@@ -53,4 +53,9 @@ void gnp_linalg_solve_cholesky_right(size_t m, size_t n, const double *l, size_t
  * Returns 0, or LAPACK's complaint. */
 int gnp_linalg_eigen(size_t n, double *a, double *real, double *imaginary, double *vectors, double *work);
 
+/* The same of a symmetric A (n, n), of which the lower triangle is read: eigenvalues (n) ascending, and orthonormal
+ * eigenvectors in its columns in place of A. Takes 2 n^2 numbers besides. Returns 0, LAPACK's complaint, or -1 where
+ * there is no memory. */
+int gnp_linalg_eigen_symmetric(size_t n, double *a, double *values);
+
 #endif

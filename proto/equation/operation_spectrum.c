@@ -1,29 +1,36 @@
 /* The operation `spectrum`: its descriptor, and the way from tensors to gnp_spectrum_run and back. */
+#include <stdlib.h>
+
 #include "core/equations/spectrum.h"
 #include "proto/equation/operation_equation.h"
 
 struct options {
 	struct gnp_equation_options equation;
-	double accuracy;
+	double accuracy, shift;
 	int count;
 	uint64_t outputs;
 };
 
-static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
+static const struct gnp_tensor_info inputs[] = {
+	GNP_COMMON_INPUTS,
+	{"fixed", GNP_BOOL, 1, {-1}, true, "1 where u = 0 (Dirichlet points); absent: open edges are natural"},
+};
 
 enum output { EIGENVALUES, IMAGINARY, RESIDUAL, EIGENVECTORS, OUTPUTS };
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[EIGENVALUES] = {"eigenvalues", GNP_FP64, 1, {-2}, false,
-	                 "of -Delta, ascending [1/length^2]: 0 once for each component first"},
+	                 "of -Delta, ascending [1/length^2]: where nothing is fixed 0 once for each component first"},
 	[IMAGINARY] = {"imaginary", GNP_FP64, 1, {-2}, true,
-	               "what the discretisation leaves beside each: a measure of its error"},
+	               "what collocation leaves beside each: a measure of its error; 0 of the symmetric system"},
 	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
 	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false,
-	                  "a column each, of unit length when points weigh by their area"},
+	                  "a column each, of unit length when points weigh by their area; of the symmetric system orthonormal"},
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL, "how many of the lowest"},
+	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL, "how many of the lowest, or of those nearest to shift"},
+	{"shift", GNP_PARAMETER_NUMBER, offsetof(struct options, shift), 0, 1e100, NULL,
+	 "the eigenvalues nearest to it, ascending [1/length^2]; 0: the lowest"},
 	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), 1e-12, 0.1, NULL, "of the residuals"},
 	GNP_EQUATION_SYSTEM(struct options),
 	GNP_EQUATION_SOLVER(struct options),
@@ -43,7 +50,7 @@ static void defaults(void *options)
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
 	const struct options *o = gnp_call_options(call);
-	gnp_status status = gnp_spectrum_check((size_t)o->count, call->points, error);
+	gnp_status status = gnp_spectrum_check((size_t)o->count, call->points, o->equation.core.laplacian.system, error);
 	return status == GNP_OK ? gnp_equation_check(call, error) : status;
 }
 
@@ -58,7 +65,8 @@ static size_t memory(const struct gnp_call *call)
 {
 	const struct options *o = gnp_call_options(call);
 	size_t answer = gnp_common_memory(call->points, (size_t)o->count * sizeof(double), gnp_equation_memory(call, &o->equation, 1));
-	return gnp_common_memory(1, gnp_spectrum_memory(call->points, (size_t)o->count), answer);
+	return gnp_common_memory(1, gnp_spectrum_memory(call->points, (size_t)o->count, o->equation.core.laplacian.system),
+	                         answer);
 }
 
 static gnp_status add_vectors(const struct gnp_spectrum *spectrum, struct gnp_tensors *to, struct gnp_error *error)
@@ -106,11 +114,16 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	struct gnp_common_cloud input = {0};
 	struct gnp_filter_options filter;
 	struct gnp_spectrum spectrum = {0};
+	unsigned char *fixed = NULL;
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
-	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
-	gnp_equation_set_filter(&o.equation, &filter);
 	if (status == GNP_OK)
-		status = gnp_spectrum_run(&cloud, &o.equation.core, (size_t)o.count, o.accuracy, pool, task, &spectrum, error);
+		status = gnp_common_mask_read(call->request, "fixed", &fixed, error);
+	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
+	const struct gnp_spectrum_wanted wanted = {(size_t)o.count, o.shift, o.accuracy};
+	gnp_equation_set_filter(&o.equation, &filter);
+	o.equation.core.fixed = fixed;
+	if (status == GNP_OK)
+		status = gnp_spectrum_run(&cloud, &o.equation.core, &wanted, pool, task, &spectrum, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(&spectrum, &o, task, &response->parameters, error);
@@ -118,8 +131,9 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 		status = add_outputs(o.outputs, &spectrum, &response->outputs, error);
 	gnp_spectrum_clear(&spectrum);
 	gnp_common_cloud_clear(&input);
+	free(fixed);
 	return status;
 }
 
-GNP_OPERATION(spectrum, "The lowest eigenvalues and eigenvectors of -Delta on the surface of a cloud.",
+GNP_OPERATION(spectrum, "Eigenvalues and eigenvectors of -Delta on the surface of a cloud: the lowest, or those about a value.",
               .resolve = gnp_equation_resolve, .rows = rows);

@@ -124,7 +124,7 @@ static struct gnp_spectrum spectrum_of(enum cloud kind, int system, size_t count
 	struct gnp_poisson_options options = options_with(system);
 	struct gnp_spectrum spectrum = {.count = 0};
 	const struct gnp_cloud cloud = {n, points, NULL};
-	CHECK(gnp_spectrum_run(&cloud, &options, count, 1e-8, pool, NULL, &spectrum, NULL) == GNP_OK);
+	CHECK(gnp_spectrum_run(&cloud, &options, &(struct gnp_spectrum_wanted){count, 0, 1e-8}, pool, NULL, &spectrum, NULL) == GNP_OK);
 	return spectrum;
 }
 

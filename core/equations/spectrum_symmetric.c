@@ -1,0 +1,489 @@
+/* Eigenpairs of the symmetric operator: S v = lambda M v with the stiffness S and the masses M of the weak form.
+ *
+ * Pieces of the cloud that nothing connects are solved one by one, so that an eigenvalue comes once for every piece that
+ * has it: small ones as dense matrices, large ones by Lanczos iteration on (S - sigma M)^-1 M. Values are those of the
+ * quotient of a vector's energy and its square, which is no sum of numbers below 0. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/base/forest.h"
+#include "core/base/memory.h"
+#include "core/cells/volume.h"
+#include "core/equations/spectrum_parts.h"
+#include "core/linear/factor_solve.h"
+#include "core/linear/lanczos.h"
+#include "core/linear/linalg.h"
+#include "core/operators/interpolation.h"
+
+enum { NONE = UINT32_MAX, BESIDE = 4 * GNP_LANCZOS_BLOCK };
+
+/* One pair that a piece has, and where its vector is. */
+struct candidate {
+	double value, residual;
+	double away;      /* from what is asked for */
+	size_t vector;    /* its beginning among the numbers of all */
+	uint32_t piece;
+};
+
+struct work {
+	const struct gnp_spectrum_task *asked;
+	const struct gnp_domain *domain;
+	const struct gnp_stiffness *volumes;
+	size_t points, pieces;
+	unsigned char *free;  /* (points) 1: u is no given zero */
+	uint32_t *piece;      /* (points) of free ones */
+	uint32_t *local;      /* (points) the place in its piece */
+	size_t *start;        /* (pieces + 1) */
+	uint32_t *member;     /* (free points) by piece, ascending */
+	struct candidate *candidate; /* (candidates) */
+	double *vector;       /* all of theirs, each over its piece */
+	size_t candidates, numbers, solves;
+};
+
+static void clear(struct work *work)
+{
+	free(work->free);
+	free(work->piece);
+	free(work->local);
+	free(work->start);
+	free(work->member);
+	free(work->candidate);
+	free(work->vector);
+}
+
+size_t gnp_spectrum_free(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char *free_there)
+{
+	size_t count = domain->prepared.count, found = 0;
+	for (size_t i = 0; i < count; i++)
+		free_there[i] = !fixed || !fixed[domain->prepared.order[i]];
+	for (size_t k = 0; fixed && k < domain->copies.count; k++)
+		if (fixed[domain->copies.copy[k].index] && domain->copies.copy[k].row != GNP_COPY_OUTSIDE)
+			free_there[domain->copies.copy[k].row] = 0;
+	for (size_t i = 0; i < count; i++)
+		found += free_there[i];
+	return found;
+}
+
+/* ---- Pieces ---- */
+
+static bool connects(const struct work *work, size_t i, size_t edge)
+{
+	return work->free[i] && work->free[work->volumes->column[edge]] && work->volumes->value[edge] > 0;
+}
+
+/* Numbers the sets by their first point, and counts their points into start. */
+static void number_pieces(struct work *work, struct gnp_forest *forest)
+{
+	bool flipped;
+	for (size_t i = 0; i < work->points; i++)
+		work->piece[i] = NONE;
+	for (size_t i = 0; i < work->points; i++) {
+		if (!work->free[i])
+			continue;
+		uint32_t root = gnp_forest_find(forest, (uint32_t)i, &flipped);
+		if (work->piece[root] == NONE)
+			work->piece[root] = (uint32_t)work->pieces++;
+		work->piece[i] = work->piece[root];
+		work->start[work->piece[i] + 1]++;
+	}
+}
+
+static void list_members(struct work *work)
+{
+	for (size_t p = 0; p < work->pieces; p++)
+		work->start[p + 1] += work->start[p];
+	for (size_t i = 0; i < work->points; i++) {
+		if (!work->free[i])
+			continue;
+		size_t at = work->start[work->piece[i]]++;
+		work->member[at] = (uint32_t)i;
+	}
+	for (size_t p = work->pieces; p > 0; p--)
+		work->start[p] = work->start[p - 1];
+	work->start[0] = 0;
+	for (size_t p = 0; p < work->pieces; p++)
+		for (size_t k = work->start[p]; k < work->start[p + 1]; k++)
+			work->local[work->member[k]] = (uint32_t)(k - work->start[p]);
+}
+
+static gnp_status find_pieces(struct work *work, struct gnp_error *error)
+{
+	struct gnp_forest forest;
+	size_t count = work->points;
+	work->free = gnp_array_new(count, 1);
+	work->piece = gnp_array_new(count, sizeof *work->piece);
+	work->local = gnp_array_new(count, sizeof *work->local);
+	work->start = gnp_array_zero(count + 1, sizeof *work->start);
+	work->member = gnp_array_new(count, sizeof *work->member);
+	bool room = gnp_forest_init(&forest, count);
+	if (!room || !work->free || !work->piece || !work->local || !work->start || !work->member) {
+		gnp_forest_clear(&forest);
+		return gnp_no_memory("spectrum", count, "points", error);
+	}
+	size_t wanted = work->asked->wanted.count, found = gnp_spectrum_free(work->domain, work->asked->fixed, work->free);
+	for (size_t i = 0; i < count; i++)
+		for (size_t e = work->volumes->start[i]; e < work->volumes->start[i + 1]; e++)
+			if (connects(work, i, e))
+				gnp_forest_join(&forest, (uint32_t)i, work->volumes->column[e], false, SIZE_MAX);
+	number_pieces(work, &forest);
+	list_members(work);
+	gnp_forest_clear(&forest);
+	if (found >= wanted)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu that take part and are not fixed, need at least %zu, "
+	                                                  "as many as count", found, wanted);
+}
+
+static size_t size_of(const struct work *work, size_t piece)
+{
+	return work->start[piece + 1] - work->start[piece];
+}
+
+/* Pairs that are taken of a piece. */
+static size_t share_of(const struct work *work, size_t piece)
+{
+	size_t size = size_of(work, piece), wanted = work->asked->wanted.count;
+	return size < wanted ? size : wanted;
+}
+
+static bool is_dense(const struct work *work, size_t piece)
+{
+	return size_of(work, piece) < gnp_lanczos_vectors(share_of(work, piece)) + BESIDE;
+}
+
+/* Room for the pairs of all pieces. */
+static gnp_status make_room(struct work *work, struct gnp_error *error)
+{
+	size_t pairs = 0, numbers = 0;
+	for (size_t p = 0; p < work->pieces; p++) {
+		pairs += share_of(work, p);
+		numbers += share_of(work, p) * size_of(work, p);
+	}
+	work->candidate = gnp_array_new(pairs, sizeof *work->candidate);
+	work->vector = gnp_array_new(numbers, sizeof *work->vector);
+	return work->candidate && work->vector ? GNP_OK : gnp_no_memory("spectrum", pairs, "eigenvectors", error);
+}
+
+/* ---- The pairs of a piece ---- */
+
+static double mass_of(const struct work *work, size_t piece, size_t k)
+{
+	return work->domain->area[work->member[work->start[piece] + k]];
+}
+
+/* v^T S v / v^T M v. */
+static double quotient(const struct work *work, size_t piece, const double *vector)
+{
+	const struct gnp_stiffness *s = work->volumes;
+	double energy = 0, square = 0;
+	for (size_t k = 0; k < size_of(work, piece); k++) {
+		size_t i = work->member[work->start[piece] + k];
+		for (size_t e = s->start[i]; e < s->start[i + 1]; e++) {
+			bool inside = work->free[s->column[e]];
+			double other = inside && s->value[e] > 0 ? vector[work->local[s->column[e]]] : inside ? vector[k] : 0;
+			double difference = vector[k] - other;
+			energy += (inside ? 0.5 : 1) * s->value[e] * difference * difference;
+		}
+		square += work->domain->area[i] * vector[k] * vector[k];
+	}
+	return energy / square;
+}
+
+/* Notes the pair whose vector is the next one. */
+static void add_candidate(struct work *work, size_t piece, double residual)
+{
+	double value = quotient(work, piece, work->vector + work->numbers);
+	work->candidate[work->candidates++] = (struct candidate){
+		.value = value, .residual = residual, .away = fabs(value - work->asked->wanted.shift), .vector = work->numbers,
+		.piece = (uint32_t)piece};
+	work->numbers += size_of(work, piece);
+}
+
+/* M^-1/2 S M^-1/2 of a piece, (size, size). */
+static void fill_dense(const struct work *work, size_t piece, double *matrix)
+{
+	const struct gnp_stiffness *s = work->volumes;
+	size_t size = size_of(work, piece);
+	memset(matrix, 0, size * size * sizeof *matrix);
+	for (size_t k = 0; k < size; k++) {
+		size_t i = work->member[work->start[piece] + k];
+		matrix[k * size + k] = s->diagonal[i] / mass_of(work, piece, k);
+		for (size_t e = s->start[i]; e < s->start[i + 1]; e++) {
+			if (!connects(work, i, e))
+				continue;
+			size_t other = work->local[s->column[e]];
+			matrix[k * size + other] = -s->value[e] / sqrt(mass_of(work, piece, k) * mass_of(work, piece, other));
+		}
+	}
+}
+
+/* spare: a matrix and a vector of the piece. */
+static gnp_status solve_dense(struct work *work, size_t piece, double *spare, struct gnp_error *error)
+{
+	size_t size = size_of(work, piece), share = share_of(work, piece), first = 0;
+	double *matrix = spare, *value = spare + size * size, shift = work->asked->wanted.shift;
+	fill_dense(work, piece, matrix);
+	int info = gnp_linalg_eigen_symmetric(size, matrix, value);
+	if (info != 0)
+		return gnp_error_set(error, info < 0 ? GNP_OUT_OF_MEMORY : GNP_NO_CONVERGENCE,
+		                     "spectrum: the eigenvalues of a matrix of %zu rows were not found", size);
+	while (first + share < size && fabs(value[first + share] - shift) < fabs(value[first] - shift))
+		first++;
+	for (size_t k = first; k < first + share; k++) {
+		for (size_t i = 0; i < size; i++)
+			work->vector[work->numbers + i] = matrix[k * size + i] / sqrt(mass_of(work, piece, i));
+		add_candidate(work, piece, 0);
+	}
+	return GNP_OK;
+}
+
+/* ---- Large pieces ---- */
+
+/* S - sigma M of one, and what solves with it. */
+struct pencil {
+	struct gnp_csr matrix;
+	struct gnp_factor *factor;
+	double *mass;      /* (n) */
+	double *points;    /* (n, 3) */
+	double *constant;  /* (n) of length 1 */
+	double *left;      /* (BLOCK, n): what a solution leaves, where sigma is above the lowest; else NULL */
+	bool floats;       /* nothing of it is next to a fixed point: a constant has the eigenvalue 0 */
+};
+
+static void clear_pencil(struct pencil *pencil)
+{
+	gnp_csr_clear(&pencil->matrix);
+	gnp_factor_free(pencil->factor);
+	free(pencil->mass);
+	free(pencil->points);
+	free(pencil->constant);
+	free(pencil->left);
+}
+
+static void write_row(const struct work *work, size_t piece, size_t k, struct pencil *pencil)
+{
+	const struct gnp_stiffness *s = work->volumes;
+	struct gnp_csr *matrix = &pencil->matrix;
+	size_t i = work->member[work->start[piece] + k], at = matrix->row_offsets[k], e = s->start[i], end = s->start[i + 1];
+	for (bool own = false; e < end || !own;) {
+		if (!own && (e == end || s->column[e] > i)) {
+			matrix->column[at] = (uint32_t)k;
+			matrix->value[at++] = s->diagonal[i] - work->asked->sigma * pencil->mass[k];
+			own = true;
+			continue;
+		}
+		if (connects(work, i, e)) {
+			matrix->column[at] = work->local[s->column[e]];
+			matrix->value[at++] = -s->value[e];
+		} else if (s->value[e] > 0) {
+			pencil->floats = false;
+		}
+		e++;
+	}
+	matrix->row_offsets[k + 1] = at;
+}
+
+static gnp_status fill_pencil(const struct work *work, size_t piece, struct pencil *pencil, struct gnp_error *error)
+{
+	size_t size = size_of(work, piece), entries = size;
+	double all = 0;
+	for (size_t k = 0; k < size; k++) {
+		size_t i = work->member[work->start[piece] + k];
+		entries += work->volumes->start[i + 1] - work->volumes->start[i];
+	}
+	gnp_status status = gnp_csr_allocate(size, size, entries, &pencil->matrix, error);
+	if (status != GNP_OK)
+		return status;
+	pencil->mass = gnp_array_new(size, sizeof *pencil->mass);
+	pencil->points = gnp_array_new(size, 3 * sizeof *pencil->points);
+	pencil->constant = gnp_array_new(size, sizeof *pencil->constant);
+	pencil->left = work->asked->sigma > 0 ? gnp_array_new(size, GNP_LANCZOS_BLOCK * sizeof *pencil->left) : NULL;
+	if (!pencil->mass || !pencil->points || !pencil->constant || (work->asked->sigma > 0 && !pencil->left))
+		return gnp_no_memory("spectrum", size, "points", error);
+	pencil->floats = true;
+	for (size_t k = 0; k < size; k++) {
+		size_t i = work->member[work->start[piece] + k];
+		pencil->mass[k] = work->domain->area[i];
+		memcpy(pencil->points + 3 * k, work->domain->prepared.points + 3 * i, 3 * sizeof *pencil->points);
+		all += pencil->mass[k];
+		write_row(work, piece, k, pencil);
+	}
+	for (size_t k = 0; k < size; k++)
+		pencil->constant[k] = 1 / sqrt(all);
+	return GNP_OK;
+}
+
+/* y = (S - sigma M)^-1 M x. */
+static gnp_status apply(const void *context, const double *x, double *y, struct gnp_pool *pool, struct gnp_task *task,
+                        struct gnp_error *error)
+{
+	const struct pencil *pencil = context;
+	size_t n = pencil->matrix.rows;
+	for (size_t c = 0; c < GNP_LANCZOS_BLOCK; c++)
+		for (size_t i = 0; i < n; i++)
+			y[c * n + i] = pencil->mass[i] * x[c * n + i];
+	gnp_status status = gnp_factor_solve(pencil->factor, y, GNP_LANCZOS_BLOCK, pool, task, error);
+	if (!pencil->left)
+		return status;
+	for (size_t c = 0; c < GNP_LANCZOS_BLOCK && status == GNP_OK; c++) { /* indefinite: a step of refinement */
+		double *left = pencil->left + c * n;
+		status = gnp_csr_multiply(&pencil->matrix, y + c * n, left, pool, NULL, error);
+		for (size_t i = 0; i < n; i++)
+			left[i] = pencil->mass[i] * x[c * n + i] - left[i];
+	}
+	if (status == GNP_OK)
+		status = gnp_factor_solve(pencil->factor, pencil->left, GNP_LANCZOS_BLOCK, pool, task, error);
+	for (size_t i = 0; i < GNP_LANCZOS_BLOCK * n && status == GNP_OK; i++)
+		y[i] += pencil->left[i];
+	return status;
+}
+
+/* Unit length to the last digit, after a sum of many vectors. */
+static void normalise(const struct pencil *pencil, double *vector)
+{
+	double square = 0;
+	for (size_t i = 0; i < pencil->matrix.rows; i++)
+		square += pencil->mass[i] * vector[i] * vector[i];
+	for (size_t i = 0; i < pencil->matrix.rows; i++)
+		vector[i] /= sqrt(square);
+}
+
+static gnp_status iterate(struct work *work, size_t piece, const struct pencil *pencil, struct gnp_error *error)
+{
+	const struct gnp_spectrum_task *asked = work->asked;
+	size_t share = share_of(work, piece), size = size_of(work, piece), products = 0;
+	double *vector = work->vector + work->numbers;
+	const struct gnp_lanczos system = {
+		.n = size, .wanted = share, .mass = pencil->mass, .apply = apply, .context = pencil,
+		.known = pencil->floats ? pencil->constant : NULL, .known_value = -1 / asked->sigma,
+		.tolerance = asked->wanted.tolerance, .pool = asked->pool, .task = asked->task};
+	double *theta = gnp_array_new(share, 2 * sizeof *theta), *residual = theta ? theta + share : NULL;
+	gnp_status status = theta ? gnp_lanczos_find(&system, theta, vector, residual, &products, error)
+	                          : gnp_no_memory("spectrum", share, "eigenvalues", error);
+	work->solves += products;
+	for (size_t k = 0; k < share && status == GNP_OK; k++) {
+		normalise(pencil, vector + k * size);
+		add_candidate(work, piece, residual[k]);
+	}
+	free(theta);
+	return status;
+}
+
+static gnp_status solve_large(struct work *work, size_t piece, struct gnp_error *error)
+{
+	const struct gnp_spectrum_task *asked = work->asked;
+	struct pencil pencil = {.factor = NULL};
+	gnp_status status = fill_pencil(work, piece, &pencil, error);
+	if (status == GNP_OK)
+		status = gnp_solver_factor(&pencil.matrix, asked->sigma < 0, pencil.points, asked->memory_limit, asked->pool,
+		                           asked->task, NULL, &pencil.factor, error);
+	gnp_task_stage(asked->task, GNP_STAGE_SOLVE, 0);
+	if (status == GNP_OK)
+		status = iterate(work, piece, &pencil, error);
+	clear_pencil(&pencil);
+	return status;
+}
+
+static gnp_status solve_pieces(struct work *work, struct gnp_error *error)
+{
+	size_t largest = 0;
+	for (size_t p = 0; p < work->pieces; p++)
+		if (is_dense(work, p) && size_of(work, p) > largest)
+			largest = size_of(work, p);
+	double *spare = gnp_array_new(largest * largest + largest, sizeof *spare);
+	gnp_status status = spare ? GNP_OK : gnp_no_memory("spectrum", largest, "points", error);
+	for (size_t p = 0; p < work->pieces && status == GNP_OK; p++) {
+		status = gnp_task_check(work->asked->task, error);
+		if (status == GNP_OK)
+			status = is_dense(work, p) ? solve_dense(work, p, spare, error) : solve_large(work, p, error);
+	}
+	free(spare);
+	return status;
+}
+
+/* ---- The pairs of the cloud ---- */
+
+static int by_place(const struct candidate *a, const struct candidate *b)
+{
+	return (a->vector > b->vector) - (a->vector < b->vector);
+}
+
+static int by_distance(const void *a, const void *b)
+{
+	const struct candidate *x = a, *y = b;
+	return x->away != y->away ? (x->away < y->away ? -1 : 1) : by_place(x, y);
+}
+
+static int by_value(const void *a, const void *b)
+{
+	const struct candidate *x = a, *y = b;
+	return x->value != y->value ? (x->value < y->value ? -1 : 1) : by_place(x, y);
+}
+
+/* values: spare, over the domain's points. outside: at points that a filter dropped, from those. */
+static gnp_status write_vector(const struct work *work, const struct candidate *from, const struct gnp_csr *outside,
+                               double *values, double *there, double *vector, struct gnp_error *error)
+{
+	const struct gnp_domain *domain = work->domain;
+	const double *own = work->vector + from->vector;
+	gnp_status status = GNP_OK;
+	memset(values, 0, work->points * sizeof *values);
+	for (size_t k = 0; k < size_of(work, from->piece); k++)
+		values[work->member[work->start[from->piece] + k]] = own[k];
+	if (domain->dropped)
+		status = gnp_csr_multiply(outside, values, there, work->asked->pool, NULL, error);
+	for (size_t i = 0; i < work->points; i++)
+		vector[domain->prepared.order[i]] = values[i];
+	for (size_t i = 0; i < domain->dropped; i++)
+		vector[domain->dropped_index[i]] = there[i];
+	gnp_copies_spread(&domain->copies, vector, 1, 0);
+	return status;
+}
+
+static gnp_status write_pairs(struct work *work, struct gnp_spectrum *out, struct gnp_error *error)
+{
+	const struct gnp_domain *domain = work->domain;
+	struct gnp_csr outside = {.rows = 0};
+	double *values = gnp_array_new(work->points + domain->dropped, sizeof *values), *there = values ? values + work->points : NULL;
+	gnp_status status = values ? GNP_OK : gnp_no_memory("spectrum", work->points, "points", error);
+	if (status == GNP_OK && domain->dropped)
+		status = gnp_interpolation_make(&domain->prepared, domain->dropped_points, domain->dropped, work->asked->degree,
+		                                work->asked->pool, work->asked->task, &outside, error);
+	qsort(work->candidate, work->candidates, sizeof *work->candidate, by_distance);
+	qsort(work->candidate, out->count, sizeof *work->candidate, by_value);
+	for (size_t k = 0; k < out->count && status == GNP_OK; k++) {
+		out->value[k] = work->candidate[k].value;
+		out->imaginary[k] = 0;
+		out->residual[k] = work->candidate[k].residual;
+		status = write_vector(work, &work->candidate[k], &outside, values, there, out->vector + k * out->points, error);
+	}
+	gnp_csr_clear(&outside);
+	free(values);
+	return status;
+}
+
+gnp_status gnp_spectrum_symmetric(const struct gnp_spectrum_task *asked, const struct gnp_domain *domain,
+                                  const struct gnp_stiffness *volumes, struct gnp_spectrum *out,
+                                  struct gnp_error *error)
+{
+	struct work work = {.asked = asked, .domain = domain, .volumes = volumes, .points = domain->prepared.count};
+	gnp_status status = find_pieces(&work, error);
+	if (status == GNP_OK)
+		status = make_room(&work, error);
+	if (status == GNP_OK)
+		status = solve_pieces(&work, error);
+	if (status == GNP_OK)
+		status = write_pairs(&work, out, error);
+	out->solves = work.solves;
+	clear(&work);
+	return status;
+}
+
+size_t gnp_spectrum_symmetric_memory(size_t points, size_t count)
+{
+	size_t vectors = gnp_lanczos_vectors(count), basis, small = 3 * vectors * vectors + (vectors + BESIDE) * (vectors + BESIDE);
+	size_t rows = vectors + count + 2 * GNP_LANCZOS_BLOCK; /* with the pairs */
+	bool fits = gnp_size_multiply(points, rows, &basis) && basis < SIZE_MAX / sizeof(double) / 2;
+	return fits ? (basis + small) * sizeof(double) + points * 64 : SIZE_MAX;
+}
