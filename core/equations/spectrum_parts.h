@@ -30,7 +30,4 @@ gnp_status gnp_spectrum_symmetric(const struct gnp_spectrum_task *asked, const s
                                   struct gnp_error *error);
 size_t gnp_spectrum_symmetric_memory(size_t points, size_t count);
 
-/* free_there (domain's points): 1 where u is no given zero. Returns how many there are. */
-size_t gnp_spectrum_free(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char *free_there);
-
 #endif

@@ -6,6 +6,7 @@
 
 #include "core/base/memory.h"
 #include "core/base/random.h"
+#include "core/equations/pieces.h"
 #include "core/equations/spectrum_parts.h"
 #include "core/linear/linalg.h"
 #include "core/linear/vectors.h"
@@ -100,7 +101,7 @@ static gnp_status start(struct arnoldi *work, struct gnp_error *error)
 	gnp_status status = free_there ? GNP_OK : gnp_no_memory("spectrum", domain->prepared.count, "points", error);
 	if (status != GNP_OK)
 		return status;
-	gnp_spectrum_free(domain, work->fixed, free_there);
+	gnp_pieces_mark_free(domain, work->fixed, free_there);
 	gnp_random_seed(&random, 1, 0);
 	memset(work->weight, 0, work->n * sizeof *work->weight);
 	for (size_t i = 0; i < domain->prepared.count; i++)

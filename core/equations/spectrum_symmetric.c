@@ -7,16 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "core/base/forest.h"
 #include "core/base/memory.h"
 #include "core/cells/volume.h"
+#include "core/equations/pieces.h"
 #include "core/equations/spectrum_parts.h"
 #include "core/linear/factor_solve.h"
 #include "core/linear/lanczos.h"
 #include "core/linear/linalg.h"
 #include "core/operators/interpolation.h"
 
-enum { NONE = UINT32_MAX, BESIDE = 4 * GNP_LANCZOS_BLOCK };
+enum { BESIDE = 4 * GNP_LANCZOS_BLOCK };
 
 /* One pair that a piece has, and where its vector is. */
 struct candidate {
@@ -30,12 +30,7 @@ struct work {
 	const struct gnp_spectrum_task *asked;
 	const struct gnp_domain *domain;
 	const struct gnp_stiffness *volumes;
-	size_t points, pieces;
-	unsigned char *free;  /* (points) 1: u is no given zero */
-	uint32_t *piece;      /* (points) of free ones */
-	uint32_t *local;      /* (points) the place in its piece */
-	size_t *start;        /* (pieces + 1) */
-	uint32_t *member;     /* (free points) by piece, ascending */
+	struct gnp_pieces pieces;
 	struct candidate *candidate; /* (candidates) */
 	double *vector;       /* all of theirs, each over its piece */
 	size_t candidates, numbers, solves;
@@ -43,101 +38,14 @@ struct work {
 
 static void clear(struct work *work)
 {
-	free(work->free);
-	free(work->piece);
-	free(work->local);
-	free(work->start);
-	free(work->member);
+	gnp_pieces_clear(&work->pieces);
 	free(work->candidate);
 	free(work->vector);
 }
 
-size_t gnp_spectrum_free(const struct gnp_domain *domain, const unsigned char *fixed, unsigned char *free_there)
-{
-	size_t count = domain->prepared.count, found = 0;
-	for (size_t i = 0; i < count; i++)
-		free_there[i] = !fixed || !fixed[domain->prepared.order[i]];
-	for (size_t k = 0; fixed && k < domain->copies.count; k++)
-		if (fixed[domain->copies.copy[k].index] && domain->copies.copy[k].row != GNP_COPY_OUTSIDE)
-			free_there[domain->copies.copy[k].row] = 0;
-	for (size_t i = 0; i < count; i++)
-		found += free_there[i];
-	return found;
-}
-
-/* ---- Pieces ---- */
-
-static bool connects(const struct work *work, size_t i, size_t edge)
-{
-	return work->free[i] && work->free[work->volumes->column[edge]] && work->volumes->value[edge] > 0;
-}
-
-/* Numbers the sets by their first point, and counts their points into start. */
-static void number_pieces(struct work *work, struct gnp_forest *forest)
-{
-	bool flipped;
-	for (size_t i = 0; i < work->points; i++)
-		work->piece[i] = NONE;
-	for (size_t i = 0; i < work->points; i++) {
-		if (!work->free[i])
-			continue;
-		uint32_t root = gnp_forest_find(forest, (uint32_t)i, &flipped);
-		if (work->piece[root] == NONE)
-			work->piece[root] = (uint32_t)work->pieces++;
-		work->piece[i] = work->piece[root];
-		work->start[work->piece[i] + 1]++;
-	}
-}
-
-static void list_members(struct work *work)
-{
-	for (size_t p = 0; p < work->pieces; p++)
-		work->start[p + 1] += work->start[p];
-	for (size_t i = 0; i < work->points; i++) {
-		if (!work->free[i])
-			continue;
-		size_t at = work->start[work->piece[i]]++;
-		work->member[at] = (uint32_t)i;
-	}
-	for (size_t p = work->pieces; p > 0; p--)
-		work->start[p] = work->start[p - 1];
-	work->start[0] = 0;
-	for (size_t p = 0; p < work->pieces; p++)
-		for (size_t k = work->start[p]; k < work->start[p + 1]; k++)
-			work->local[work->member[k]] = (uint32_t)(k - work->start[p]);
-}
-
-static gnp_status find_pieces(struct work *work, struct gnp_error *error)
-{
-	struct gnp_forest forest;
-	size_t count = work->points;
-	work->free = gnp_array_new(count, 1);
-	work->piece = gnp_array_new(count, sizeof *work->piece);
-	work->local = gnp_array_new(count, sizeof *work->local);
-	work->start = gnp_array_zero(count + 1, sizeof *work->start);
-	work->member = gnp_array_new(count, sizeof *work->member);
-	bool room = gnp_forest_init(&forest, count);
-	if (!room || !work->free || !work->piece || !work->local || !work->start || !work->member) {
-		gnp_forest_clear(&forest);
-		return gnp_no_memory("spectrum", count, "points", error);
-	}
-	size_t wanted = work->asked->wanted.count, found = gnp_spectrum_free(work->domain, work->asked->fixed, work->free);
-	for (size_t i = 0; i < count; i++)
-		for (size_t e = work->volumes->start[i]; e < work->volumes->start[i + 1]; e++)
-			if (connects(work, i, e))
-				gnp_forest_join(&forest, (uint32_t)i, work->volumes->column[e], false, SIZE_MAX);
-	number_pieces(work, &forest);
-	list_members(work);
-	gnp_forest_clear(&forest);
-	if (found >= wanted)
-		return GNP_OK;
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu that take part and are not fixed, need at least %zu, "
-	                                                  "as many as count", found, wanted);
-}
-
 static size_t size_of(const struct work *work, size_t piece)
 {
-	return work->start[piece + 1] - work->start[piece];
+	return gnp_pieces_size(&work->pieces, piece);
 }
 
 /* Pairs that are taken of a piece. */
@@ -152,11 +60,21 @@ static bool is_dense(const struct work *work, size_t piece)
 	return size_of(work, piece) < gnp_lanczos_vectors(share_of(work, piece)) + BESIDE;
 }
 
+static gnp_status check_free(const struct work *work, struct gnp_error *error)
+{
+	size_t free_points = work->pieces.start[work->pieces.count], wanted = work->asked->wanted.count;
+	if (free_points >= wanted)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "points: got %zu that take part and are not fixed, need at least %zu, as many as count",
+	                     free_points, wanted);
+}
+
 /* Room for the pairs of all pieces. */
 static gnp_status make_room(struct work *work, struct gnp_error *error)
 {
 	size_t pairs = 0, numbers = 0;
-	for (size_t p = 0; p < work->pieces; p++) {
+	for (size_t p = 0; p < work->pieces.count; p++) {
 		pairs += share_of(work, p);
 		numbers += share_of(work, p) * size_of(work, p);
 	}
@@ -169,7 +87,7 @@ static gnp_status make_room(struct work *work, struct gnp_error *error)
 
 static double mass_of(const struct work *work, size_t piece, size_t k)
 {
-	return work->domain->area[work->member[work->start[piece] + k]];
+	return work->domain->area[gnp_pieces_point(&work->pieces, piece, k)];
 }
 
 /* v^T S v / v^T M v. */
@@ -178,11 +96,10 @@ static double quotient(const struct work *work, size_t piece, const double *vect
 	const struct gnp_stiffness *s = work->volumes;
 	double energy = 0, square = 0;
 	for (size_t k = 0; k < size_of(work, piece); k++) {
-		size_t i = work->member[work->start[piece] + k];
+		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		for (size_t e = s->start[i]; e < s->start[i + 1]; e++) {
-			bool inside = work->free[s->column[e]];
-			double other = inside && s->value[e] > 0 ? vector[work->local[s->column[e]]] : inside ? vector[k] : 0;
-			double difference = vector[k] - other;
+			bool inside = work->pieces.free[s->column[e]]; /* 0 at points that are given */
+			double difference = vector[k] - (inside ? vector[work->pieces.local[s->column[e]]] : 0);
 			energy += (inside ? 0.5 : 1) * s->value[e] * difference * difference;
 		}
 		square += work->domain->area[i] * vector[k] * vector[k];
@@ -207,12 +124,12 @@ static void fill_dense(const struct work *work, size_t piece, double *matrix)
 	size_t size = size_of(work, piece);
 	memset(matrix, 0, size * size * sizeof *matrix);
 	for (size_t k = 0; k < size; k++) {
-		size_t i = work->member[work->start[piece] + k];
+		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		matrix[k * size + k] = s->diagonal[i] / mass_of(work, piece, k);
 		for (size_t e = s->start[i]; e < s->start[i + 1]; e++) {
-			if (!connects(work, i, e))
+			if (!work->pieces.free[s->column[e]])
 				continue;
-			size_t other = work->local[s->column[e]];
+			size_t other = work->pieces.local[s->column[e]];
 			matrix[k * size + other] = -s->value[e] / sqrt(mass_of(work, piece, k) * mass_of(work, piece, other));
 		}
 	}
@@ -265,7 +182,7 @@ static void write_row(const struct work *work, size_t piece, size_t k, struct pe
 {
 	const struct gnp_stiffness *s = work->volumes;
 	struct gnp_csr *matrix = &pencil->matrix;
-	size_t i = work->member[work->start[piece] + k], at = matrix->row_offsets[k], e = s->start[i], end = s->start[i + 1];
+	size_t i = gnp_pieces_point(&work->pieces, piece, k), at = matrix->row_offsets[k], e = s->start[i], end = s->start[i + 1];
 	for (bool own = false; e < end || !own;) {
 		if (!own && (e == end || s->column[e] > i)) {
 			matrix->column[at] = (uint32_t)k;
@@ -273,10 +190,10 @@ static void write_row(const struct work *work, size_t piece, size_t k, struct pe
 			own = true;
 			continue;
 		}
-		if (connects(work, i, e)) {
-			matrix->column[at] = work->local[s->column[e]];
+		if (work->pieces.free[s->column[e]]) {
+			matrix->column[at] = work->pieces.local[s->column[e]];
 			matrix->value[at++] = -s->value[e];
-		} else if (s->value[e] > 0) {
+		} else {
 			pencil->floats = false;
 		}
 		e++;
@@ -289,7 +206,7 @@ static gnp_status fill_pencil(const struct work *work, size_t piece, struct penc
 	size_t size = size_of(work, piece), entries = size;
 	double all = 0;
 	for (size_t k = 0; k < size; k++) {
-		size_t i = work->member[work->start[piece] + k];
+		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		entries += work->volumes->start[i + 1] - work->volumes->start[i];
 	}
 	gnp_status status = gnp_csr_allocate(size, size, entries, &pencil->matrix, error);
@@ -303,7 +220,7 @@ static gnp_status fill_pencil(const struct work *work, size_t piece, struct penc
 		return gnp_no_memory("spectrum", size, "points", error);
 	pencil->floats = true;
 	for (size_t k = 0; k < size; k++) {
-		size_t i = work->member[work->start[piece] + k];
+		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		pencil->mass[k] = work->domain->area[i];
 		memcpy(pencil->points + 3 * k, work->domain->prepared.points + 3 * i, 3 * sizeof *pencil->points);
 		all += pencil->mass[k];
@@ -388,12 +305,12 @@ static gnp_status solve_large(struct work *work, size_t piece, struct gnp_error 
 static gnp_status solve_pieces(struct work *work, struct gnp_error *error)
 {
 	size_t largest = 0;
-	for (size_t p = 0; p < work->pieces; p++)
+	for (size_t p = 0; p < work->pieces.count; p++)
 		if (is_dense(work, p) && size_of(work, p) > largest)
 			largest = size_of(work, p);
 	double *spare = gnp_array_new(largest * largest + largest, sizeof *spare);
 	gnp_status status = spare ? GNP_OK : gnp_no_memory("spectrum", largest, "points", error);
-	for (size_t p = 0; p < work->pieces && status == GNP_OK; p++) {
+	for (size_t p = 0; p < work->pieces.count && status == GNP_OK; p++) {
 		status = gnp_task_check(work->asked->task, error);
 		if (status == GNP_OK)
 			status = is_dense(work, p) ? solve_dense(work, p, spare, error) : solve_large(work, p, error);
@@ -428,12 +345,12 @@ static gnp_status write_vector(const struct work *work, const struct candidate *
 	const struct gnp_domain *domain = work->domain;
 	const double *own = work->vector + from->vector;
 	gnp_status status = GNP_OK;
-	memset(values, 0, work->points * sizeof *values);
+	memset(values, 0, work->pieces.points * sizeof *values);
 	for (size_t k = 0; k < size_of(work, from->piece); k++)
-		values[work->member[work->start[from->piece] + k]] = own[k];
+		values[gnp_pieces_point(&work->pieces, from->piece, k)] = own[k];
 	if (domain->dropped)
 		status = gnp_csr_multiply(outside, values, there, work->asked->pool, NULL, error);
-	for (size_t i = 0; i < work->points; i++)
+	for (size_t i = 0; i < work->pieces.points; i++)
 		vector[domain->prepared.order[i]] = values[i];
 	for (size_t i = 0; i < domain->dropped; i++)
 		vector[domain->dropped_index[i]] = there[i];
@@ -445,8 +362,8 @@ static gnp_status write_pairs(struct work *work, struct gnp_spectrum *out, struc
 {
 	const struct gnp_domain *domain = work->domain;
 	struct gnp_csr outside = {.rows = 0};
-	double *values = gnp_array_new(work->points + domain->dropped, sizeof *values), *there = values ? values + work->points : NULL;
-	gnp_status status = values ? GNP_OK : gnp_no_memory("spectrum", work->points, "points", error);
+	double *values = gnp_array_new(work->pieces.points + domain->dropped, sizeof *values), *there = values ? values + work->pieces.points : NULL;
+	gnp_status status = values ? GNP_OK : gnp_no_memory("spectrum", work->pieces.points, "points", error);
 	if (status == GNP_OK && domain->dropped)
 		status = gnp_interpolation_make(&domain->prepared, domain->dropped_points, domain->dropped, work->asked->degree,
 		                                work->asked->pool, work->asked->task, &outside, error);
@@ -467,8 +384,10 @@ gnp_status gnp_spectrum_symmetric(const struct gnp_spectrum_task *asked, const s
                                   const struct gnp_stiffness *volumes, struct gnp_spectrum *out,
                                   struct gnp_error *error)
 {
-	struct work work = {.asked = asked, .domain = domain, .volumes = volumes, .points = domain->prepared.count};
-	gnp_status status = find_pieces(&work, error);
+	struct work work = {.asked = asked, .domain = domain, .volumes = volumes};
+	gnp_status status = gnp_pieces_find(domain, volumes, asked->fixed, &work.pieces, error);
+	if (status == GNP_OK)
+		status = check_free(&work, error);
 	if (status == GNP_OK)
 		status = make_room(&work, error);
 	if (status == GNP_OK)
