@@ -117,22 +117,36 @@ static void add_candidate(struct work *work, size_t piece, double residual)
 	work->numbers += size_of(work, piece);
 }
 
-/* M^-1/2 S M^-1/2 of a piece, (size, size). */
-static void fill_dense(const struct work *work, size_t piece, double *matrix)
+/* M^-1/2 S M^-1/2 of a piece, (size, size). Returns whether nothing of it is next to a fixed point. */
+static bool fill_dense(const struct work *work, size_t piece, double *matrix)
 {
 	const struct gnp_stiffness *s = work->volumes;
 	size_t size = size_of(work, piece);
+	bool floats = true;
 	memset(matrix, 0, size * size * sizeof *matrix);
 	for (size_t k = 0; k < size; k++) {
 		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		matrix[k * size + k] = s->diagonal[i] / mass_of(work, piece, k);
 		for (size_t e = s->start[i]; e < s->start[i + 1]; e++) {
-			if (!work->pieces.free[s->column[e]])
+			if (!work->pieces.free[s->column[e]]) {
+				floats = false;
 				continue;
+			}
 			size_t other = work->pieces.local[s->column[e]];
 			matrix[k * size + other] = -s->value[e] / sqrt(mass_of(work, piece, k) * mass_of(work, piece, other));
 		}
 	}
+	return floats;
+}
+
+/* The pair that is known: a constant, of length 1 with M^1/2 before it. */
+static void set_constant(const struct work *work, size_t piece, double *vector)
+{
+	double all = 0;
+	for (size_t k = 0; k < size_of(work, piece); k++)
+		all += mass_of(work, piece, k);
+	for (size_t k = 0; k < size_of(work, piece); k++)
+		vector[k] = sqrt(mass_of(work, piece, k)) / sqrt(all);
 }
 
 /* spare: a matrix and a vector of the piece. */
@@ -140,17 +154,21 @@ static gnp_status solve_dense(struct work *work, size_t piece, double *spare, st
 {
 	size_t size = size_of(work, piece), share = share_of(work, piece), first = 0;
 	double *matrix = spare, *value = spare + size * size, shift = work->asked->wanted.shift;
-	fill_dense(work, piece, matrix);
+	bool floats = fill_dense(work, piece, matrix);
 	int info = gnp_linalg_eigen_symmetric(size, matrix, value);
 	if (info != 0)
 		return gnp_error_set(error, info < 0 ? GNP_OUT_OF_MEMORY : GNP_NO_CONVERGENCE,
 		                     "spectrum: the eigenvalues of a matrix of %zu rows were not found", size);
+	if (floats)
+		set_constant(work, piece, matrix);
 	while (first + share < size && fabs(value[first + share] - shift) < fabs(value[first] - shift))
 		first++;
 	for (size_t k = first; k < first + share; k++) {
 		for (size_t i = 0; i < size; i++)
 			work->vector[work->numbers + i] = matrix[k * size + i] / sqrt(mass_of(work, piece, i));
 		add_candidate(work, piece, 0);
+		if (floats && k == 0)
+			work->candidate[work->candidates - 1].value = 0;
 	}
 	return GNP_OK;
 }

@@ -28,6 +28,7 @@ void gnp_collocation_clear(struct gnp_collocation *collocation)
 	free(collocation->row_offsets);
 	free(collocation->column);
 	free(collocation->kept);
+	free(collocation->mass);
 	for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
 		free(collocation->value[d]);
 	*collocation = (struct gnp_collocation){.rows = 0};
@@ -222,20 +223,19 @@ static gnp_status number_columns(const struct gnp_collocation_rule *rule, size_t
 	return GNP_OK;
 }
 
-static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t points, size_t wide,
+static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t points, size_t entries,
                            struct gnp_collocation *out, struct gnp_error *error)
 {
-	size_t entries = 0;
-	bool room = gnp_size_multiply(points, wide, &entries);
 	out->rows = points;
 	out->row_offsets = gnp_array_zero(points + 1, sizeof(size_t));
-	out->column = room ? gnp_array_new(entries, sizeof(uint32_t)) : NULL;
+	out->column = gnp_array_new(entries, sizeof(uint32_t));
 	out->kept = gnp_array_new(points, sizeof(uint32_t));
-	room = room && out->row_offsets && out->column && out->kept;
+	bool room = out->row_offsets && out->column && out->kept;
 	for (int d = 0; d < GNP_DERIVATIVE_COUNT && room; d++)
 		if (rule->which & GNP_DERIVATIVE_BIT(d))
 			room = (out->value[d] = gnp_array_new(entries, sizeof(double))) != NULL;
-	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "laplacian: no memory for %zu rows of %zu", points, wide);
+	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "laplacian: no memory for %zu entries of %zu rows", entries,
+	                                       points);
 }
 
 static gnp_status check_rule(const struct gnp_collocation_rule *rule, unsigned lowest, struct gnp_error *error)
@@ -269,7 +269,7 @@ gnp_status gnp_collocation_make(const struct gnp_prepared *prepared, const struc
 	work.wide = least(rule->neighbors ? rule->neighbors : 2 * gnp_taylor_size(rule->degree), prepared->count);
 	work.reach = least(work.wide + work.wide / 3, prepared->count); /* some are dropped or of another sheet */
 	work.column_of = gnp_array_new(prepared->count, sizeof *work.column_of);
-	status = work.column_of ? allocate(rule, prepared->count, work.wide, &made, error)
+	status = work.column_of ? allocate(rule, prepared->count, prepared->count * work.wide, &made, error)
 	                        : gnp_error_set(error, GNP_OUT_OF_MEMORY, "laplacian: no memory for %zu points", prepared->count);
 	if (status == GNP_OK)
 		status = number_columns(rule, prepared->count, work.column_of, &made, error);
@@ -323,6 +323,8 @@ static void move_columns(const struct gnp_collocation *from, const uint32_t *pos
 		if (spare[i] == UINT32_MAX)
 			continue;
 		to->kept[to->columns] = (uint32_t)i;
+		if (to->mass)
+			to->mass[to->columns] = from->mass[spare[i]];
 		column_of[spare[i]] = (uint32_t)to->columns++;
 	}
 }
@@ -351,6 +353,17 @@ static void move_rows(const struct gnp_collocation *from, const uint32_t *positi
 	to->reduced = from->reduced;
 }
 
+/* Entries of all rows, those of copies among them. */
+static size_t count_entries(const struct gnp_collocation *collocation, const struct gnp_copies *copies)
+{
+	const size_t *offsets = collocation->row_offsets;
+	size_t entries = offsets[collocation->rows];
+	for (size_t k = 0; k < copies->count; k++)
+		if (has_row(&copies->copy[k]))
+			entries += offsets[copies->copy[k].row + 1] - offsets[copies->copy[k].row];
+	return entries;
+}
+
 static size_t longest_row(const struct gnp_collocation *collocation)
 {
 	size_t longest = 0;
@@ -371,7 +384,9 @@ gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const ui
 		rule.which |= collocation->value[d] ? GNP_DERIVATIVE_BIT(d) : 0;
 	uint32_t *spare = gnp_array_new(points, sizeof *spare), *column_of = gnp_array_new(collocation->columns, sizeof *column_of);
 	struct entry *entries = gnp_array_new(longest, sizeof *entries);
-	gnp_status status = spare && column_of && entries ? allocate(&rule, points, longest, &moved, error) : GNP_OUT_OF_MEMORY;
+	moved.mass = collocation->mass ? gnp_array_new(points, sizeof *moved.mass) : NULL;
+	bool room = spare && column_of && entries && (moved.mass || !collocation->mass);
+	gnp_status status = room ? allocate(&rule, points, count_entries(collocation, copies), &moved, error) : GNP_OUT_OF_MEMORY;
 	if (status == GNP_OK) {
 		move_columns(collocation, position, points, column_of, spare, &moved);
 		move_rows(collocation, position, copies, column_of, entries, &moved);

@@ -20,7 +20,8 @@
 	X(GNP_DERIVATIVE_GRADIENT_Z, "gradient_z")       \
 	X(GNP_DERIVATIVE_DIVERGENCE_X, "divergence_x")   \
 	X(GNP_DERIVATIVE_DIVERGENCE_Y, "divergence_y")   \
-	X(GNP_DERIVATIVE_DIVERGENCE_Z, "divergence_z")
+	X(GNP_DERIVATIVE_DIVERGENCE_Z, "divergence_z")   \
+	X(GNP_DERIVATIVE_STIFFNESS, "stiffness") /* of the weak form alone (weak.h) */
 
 enum gnp_derivative {
 #define GNP_DERIVATIVE_ENUM(id, name) id,
@@ -47,6 +48,7 @@ struct gnp_collocation {
 	uint32_t *column;                     /* (row_offsets[rows]) ascending within a row */
 	double *value[GNP_DERIVATIVE_COUNT];  /* (row_offsets[rows]) each; NULL where not asked for */
 	uint32_t *kept;                       /* (columns) the point of each column, ascending */
+	double *mass;                         /* (columns) of the weak form: what the stiffness is divided by; else NULL */
 	size_t reduced;                       /* rows fitted with a lower degree, or by the mean of the others, for want of neighbours */
 };
 

@@ -56,15 +56,20 @@ static gnp_status choose_kept(const struct gnp_domain *domain, double drop, cons
 	return status;
 }
 
-static gnp_status assemble_weak(const struct gnp_domain *domain, unsigned which, struct gnp_pool *pool,
-                                struct gnp_task *task, struct gnp_collocation *out, struct gnp_error *error)
+gnp_status gnp_laplacian_check_which(int system, unsigned which, struct gnp_error *error)
 {
-	for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
-		if (which & GNP_DERIVATIVE_BIT(d) && d != GNP_DERIVATIVE_LAPLACIAN)
+	const unsigned weak = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_STIFFNESS);
+	for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++) {
+		unsigned bit = which & GNP_DERIVATIVE_BIT(d);
+		if (system == GNP_SYSTEM_SYMMETRIC && bit & ~weak)
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 			                     "outputs: got %s, which system=symmetric does not have (square and least_squares do)",
 			                     gnp_derivative_name((enum gnp_derivative)d));
-	return gnp_weak_make(domain, pool, task, out, error);
+		if (system != GNP_SYSTEM_SYMMETRIC && bit && d == GNP_DERIVATIVE_STIFFNESS)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "outputs: got %s, which system=symmetric alone has",
+			                     gnp_derivative_name((enum gnp_derivative)d));
+	}
+	return GNP_OK;
 }
 
 gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct gnp_laplacian_options *options,
@@ -72,13 +77,15 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
                                   struct gnp_collocation *out, struct gnp_error *error)
 {
 	gnp_status status = check_options(options, error);
+	if (status == GNP_OK)
+		status = gnp_laplacian_check_which(options->system, options->which, error);
 	if (status != GNP_OK)
 		return status;
 	struct gnp_collocation_rule rule = {.degree = gnp_laplacian_degree(options), .neighbors = (size_t)options->neighbors,
 	                                    .which = options->which};
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, domain->prepared.count);
 	if (options->system == GNP_SYSTEM_SYMMETRIC)
-		return assemble_weak(domain, options->which, pool, task, out, error);
+		return gnp_weak_make(domain, options->which, pool, task, out, error);
 	unsigned char *keep = NULL;
 	if (options->system == GNP_SYSTEM_LEAST_SQUARES) {
 		keep = gnp_array_new(domain->prepared.count, 1);

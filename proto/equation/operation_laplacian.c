@@ -11,7 +11,9 @@ struct options {
 static const struct gnp_tensor_info inputs[] = {GNP_COMMON_INPUTS};
 
 enum output { ROW_OFFSETS, COLUMNS, VALUES, KEPT, VALUE, GRADIENT_X, GRADIENT_Y, GRADIENT_Z, DIVERGENCE_X, DIVERGENCE_Y,
-             DIVERGENCE_Z, OUTPUTS };
+             DIVERGENCE_Z, STIFFNESS, MASS, OUTPUTS };
+static const uint64_t by_default = (UINT64_C(1) << VALUE) - 1;
+static const uint64_t weak_alone = UINT64_C(1) << STIFFNESS | UINT64_C(1) << MASS; /* of system=symmetric */
 #define DERIVATIVE(name, help) {name, GNP_FP64, 1, {-4}, false, help}
 static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[ROW_OFFSETS] = {"row_offsets", GNP_INT64, 1, {-3}, false,
@@ -28,6 +30,11 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	                            "what a field's x adds to the divergence of its tangential part [1/length]"),
 	[DIVERGENCE_Y] = DERIVATIVE("divergence_y", "its y"),
 	[DIVERGENCE_Z] = DERIVATIVE("divergence_z", "its z"),
+	[STIFFNESS] = DERIVATIVE("stiffness",
+	                         "S of the symmetric system, whose Laplacian is -M^-1 S: symmetric, positive semidefinite; in "
+	                         "npz files what scipy.sparse.load_npz reads, in mtx files the matrix"),
+	[MASS] = {"mass", GNP_FP64, 1, {-2}, false,
+	          "M of the symmetric system: the area that each kept point stands for [length^2]"},
 };
 #undef DERIVATIVE
 
@@ -38,7 +45,9 @@ static enum gnp_derivative derivative_of(int output)
 		return GNP_DERIVATIVE_LAPLACIAN;
 	if (output == VALUE)
 		return GNP_DERIVATIVE_VALUE;
-	if (output < GRADIENT_X)
+	if (output == STIFFNESS)
+		return GNP_DERIVATIVE_STIFFNESS;
+	if (output < GRADIENT_X || output == MASS)
 		return GNP_DERIVATIVE_COUNT;
 	return (enum gnp_derivative)(GNP_DERIVATIVE_GRADIENT_X + (output - GRADIENT_X));
 }
@@ -54,12 +63,32 @@ static void defaults(void *options)
 	struct options *o = options;
 	gnp_equation_defaults(&o->equation);
 	o->equation.core.laplacian.system = GNP_SYSTEM_SQUARE;
-	o->outputs = (UINT64_C(1) << VALUE) - 1;
+	o->outputs = by_default;
 }
 
+static unsigned derivatives(uint64_t wanted)
+{
+	unsigned mask = 0;
+	for (int output = 0; output < OUTPUTS; output++)
+		if (wanted >> output & 1 && derivative_of(output) != GNP_DERIVATIVE_COUNT)
+			mask |= GNP_DERIVATIVE_BIT(derivative_of(output));
+	return mask;
+}
+
+/* Outputs that nobody named are those that the system has. */
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
-	return gnp_equation_check(call, error);
+	struct options *o = (void *)call->options;
+	int system = o->equation.core.laplacian.system;
+	bool symmetric = system == GNP_SYSTEM_SYMMETRIC;
+	if (!gnp_call_names_outputs(call))
+		o->outputs = symmetric ? by_default | weak_alone : o->outputs & ~weak_alone;
+	gnp_status status = gnp_equation_check(call, error);
+	if (status == GNP_OK)
+		status = gnp_laplacian_check_which(system, derivatives(o->outputs), error);
+	if (status == GNP_OK && !symmetric && o->outputs >> MASS & 1)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "outputs: got mass, which system=symmetric alone has");
+	return status;
 }
 
 /* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
@@ -73,13 +102,12 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 	return !o->filter && o->core.laplacian.system != GNP_SYSTEM_LEAST_SQUARES ? call->points : GNP_ROWS_OPEN;
 }
 
-static unsigned derivatives(uint64_t wanted)
+/* What is made: a matrix at least, for its sparsity. */
+static unsigned made_of(const struct options *o)
 {
-	unsigned mask = 0;
-	for (int output = 0; output < OUTPUTS; output++)
-		if (wanted >> output & 1 && derivative_of(output) != GNP_DERIVATIVE_COUNT)
-			mask |= GNP_DERIVATIVE_BIT(derivative_of(output));
-	return mask ? mask : GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_VALUE);
+	unsigned mask = derivatives(o->outputs);
+	bool symmetric = o->equation.core.laplacian.system == GNP_SYSTEM_SYMMETRIC;
+	return mask ? mask : GNP_DERIVATIVE_BIT(symmetric ? GNP_DERIVATIVE_STIFFNESS : GNP_DERIVATIVE_VALUE);
 }
 
 /* On top of the domain's: entries with their columns and a number for each matrix, twice while rows are put in the cloud's order. */
@@ -87,8 +115,10 @@ static size_t memory(const struct gnp_call *call)
 {
 	const struct options *o = gnp_call_options(call);
 	const struct gnp_laplacian_options *core = &o->equation.core.laplacian;
-	size_t entry = sizeof(uint32_t) + sizeof(double) * (size_t)__builtin_popcount(derivatives(o->outputs));
-	size_t row = gnp_laplacian_neighbors(core) * entry + sizeof(size_t);
+	size_t entry = sizeof(uint32_t) + sizeof(double) * (size_t)__builtin_popcount(made_of(o));
+	enum { EDGES = 9, STARS = 20 * 12 };
+	bool weak = core->system == GNP_SYSTEM_SYMMETRIC;
+	size_t row = (weak ? EDGES : gnp_laplacian_neighbors(core)) * entry + (weak ? STARS / 2 : 0) + sizeof(size_t);
 	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), &core->domain.estimate);
 	return gnp_common_memory(call->points, 2 * row + sizeof(double), gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
 }
@@ -119,6 +149,7 @@ static gnp_status add_output(int output, struct gnp_collocation *c, struct gnp_t
 	case ROW_OFFSETS: return add_indices(&outputs[output], c->rows + 1, NULL, c->row_offsets, to, error);
 	case COLUMNS: return add_indices(&outputs[output], entries, c->column, NULL, to, error);
 	case KEPT: return add_indices(&outputs[output], c->columns, c->kept, NULL, to, error);
+	case MASS: return add_matrix(&outputs[output], c->columns, &c->mass, to, error);
 	default: return add_matrix(&outputs[output], entries, &c->value[derivative_of(output)], to, error);
 	}
 }
@@ -160,7 +191,7 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	gnp_status status = gnp_common_cloud_read(call->request, &input, error);
 	const struct gnp_cloud cloud = {input.count, input.points, input.normals};
 	gnp_equation_set_filter(&o.equation, &filter);
-	o.equation.core.laplacian.which = derivatives(o.outputs);
+	o.equation.core.laplacian.which = made_of(&o);
 	if (status == GNP_OK)
 		status = gnp_laplacian_run(&cloud, &o.equation.core.laplacian, pool, task, &made, &surface, error);
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);

@@ -103,7 +103,9 @@ static bool is_one_array(const struct plan *plan)
 
 static bool is_matrix(const struct plan *plan)
 {
-	return find_planned(plan, "row_offsets") && find_planned(plan, "columns") && find_planned(plan, "values");
+	bool by_rows = find_planned(plan, "row_offsets") && find_planned(plan, "columns");
+	bool alone = is_one_array(plan) && find_planned(plan, "mass"); /* the diagonal of one */
+	return alone || (by_rows && (find_planned(plan, "values") || find_planned(plan, "stiffness")));
 }
 
 bool gnp_result_fits(const struct gnp_format *format, const struct gnp_call *call)

@@ -1,82 +1,68 @@
-/* Matrix Market out: a sparse matrix by rows (row_offsets, columns, values, and kept for the number of columns) as
- * coordinates from 1. */
-#include <inttypes.h>
-#include <stdio.h>
-
+/* Matrix Market out: the sparse matrix of an answer (sparse.h) as coordinates from 1. */
 #include "proto/codec/comments.h"
 #include "proto/format/format.h"
+#include "proto/format/sparse.h"
 #include "proto/tensor/number.h"
 
-/* Tensors of an operation that makes matrices, checked to fit together. */
-struct matrix {
-	const int64_t *offsets, *columns;
-	const double *values;
-	size_t rows, columns_count, entries;
-};
-
-static const struct gnp_tensor *part(const struct gnp_tensors *tensors, const char *name, enum gnp_datatype datatype,
-                                     struct gnp_error *error)
+static gnp_status write_entry(size_t row, size_t column, double value, struct gnp_buffer *buffer,
+                              struct gnp_error *error)
 {
-	const struct gnp_tensor *tensor = gnp_tensors_find(tensors, name);
-	if (tensor && tensor->rank == 1 && tensor->datatype == datatype)
-		return tensor;
-	gnp_error_set(error, GNP_NOT_ACCEPTABLE,
-	              "mtx: needs row_offsets, columns and values, a sparse matrix; there is no %s", name);
-	return NULL;
+	char text[GNP_NUMBER_LENGTH_MAX];
+	int length = (int)gnp_number_write_double(text, value);
+	return gnp_buffer_printf(buffer, error, "%zu %zu %.*s\n", row + 1, column + 1, length, text);
 }
 
-/* Columns are those of `kept` where that is there, else as many as the entries need. */
-static size_t count_columns(const struct gnp_tensors *tensors, const struct matrix *matrix)
+/* Of a symmetric matrix on and below the diagonal: its row k. Adds to *count how many there are; buffer NULL: it counts alone. */
+static gnp_status write_half(const struct gnp_sparse *matrix, size_t k, size_t *count, struct gnp_buffer *buffer,
+                             struct gnp_error *error)
 {
-	const struct gnp_tensor *kept = gnp_tensors_find(tensors, "kept");
-	size_t most = kept && kept->rank == 1 ? kept->shape[0] : 0;
-	for (size_t e = 0; e < matrix->entries; e++)
-		most = matrix->columns[e] >= (int64_t)most ? (size_t)matrix->columns[e] + 1 : most;
-	return most;
-}
-
-static gnp_status find_matrix(const struct gnp_tensors *tensors, struct matrix *matrix, struct gnp_error *error)
-{
-	const struct gnp_tensor *offsets = part(tensors, "row_offsets", GNP_INT64, error),
-	                                   *columns = part(tensors, "columns", GNP_INT64, error);
-	const struct gnp_tensor *values = part(tensors, "values", GNP_FP64, error);
-	if (!offsets || !columns || !values)
-		return GNP_NOT_ACCEPTABLE;
-	*matrix = (struct matrix){.offsets = offsets->data, .columns = columns->data, .values = values->data,
-	                          .rows = offsets->shape[0] ? offsets->shape[0] - 1 : 0, .entries = values->shape[0]};
-	if (columns->shape[0] != matrix->entries || !offsets->shape[0] ||
-	    matrix->offsets[matrix->rows] != (int64_t)matrix->entries)
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "mtx: row_offsets, columns and values do not fit together");
-	matrix->columns_count = count_columns(tensors, matrix);
-	return GNP_OK;
-}
-
-static gnp_status write_row(const struct matrix *matrix, size_t row, struct gnp_buffer *buffer, struct gnp_error *error)
-{
+	size_t row = gnp_sparse_row(matrix, k);
 	gnp_status status = GNP_OK;
 	for (int64_t e = matrix->offsets[row]; e < matrix->offsets[row + 1] && status == GNP_OK; e++) {
-		char text[GNP_NUMBER_LENGTH_MAX];
-		int length = (int)gnp_number_write_double(text, matrix->values[e]);
-		status = gnp_buffer_printf(buffer, error, "%zu %" PRId64 " %.*s\n", row + 1, matrix->columns[e] + 1, length,
-		                           text);
+		if ((size_t)matrix->columns[e] > k)
+			continue;
+		++*count;
+		if (buffer)
+			status = write_entry(k, (size_t)matrix->columns[e], matrix->values[e], buffer, error);
 	}
+	return status;
+}
+
+static gnp_status write_symmetric(const struct gnp_sparse *matrix, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	size_t count = 0, written = 0;
+	for (size_t k = 0; k < matrix->width && matrix->offsets; k++)
+		write_half(matrix, k, &count, NULL, NULL);
+	gnp_status status = gnp_buffer_printf(buffer, error, "%zu %zu %zu\n", matrix->width, matrix->width,
+	                                      matrix->offsets ? count : matrix->width);
+	for (size_t k = 0; k < matrix->width && status == GNP_OK; k++)
+		status = matrix->offsets ? write_half(matrix, k, &written, buffer, error)
+		                         : write_entry(k, k, matrix->values[k], buffer, error);
+	return status;
+}
+
+static gnp_status write_general(const struct gnp_sparse *matrix, struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	gnp_status status = gnp_buffer_printf(buffer, error, "%zu %zu %zu\n", matrix->rows, matrix->width, matrix->entries);
+	for (size_t row = 0; row < matrix->rows; row++)
+		for (int64_t e = matrix->offsets[row]; e < matrix->offsets[row + 1] && status == GNP_OK; e++)
+			status = write_entry(row, (size_t)matrix->columns[e], matrix->values[e], buffer, error);
 	return status;
 }
 
 static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
                               struct gnp_buffer *buffer, struct gnp_error *error)
 {
-	struct matrix matrix;
-	gnp_status status = find_matrix(tensors, &matrix, error);
+	struct gnp_sparse matrix;
+	gnp_status status = gnp_sparse_find(tensors, "mtx", &matrix, error);
 	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "%%%%MatrixMarket matrix coordinate real general\n");
+		status = gnp_buffer_printf(buffer, error, "%%%%MatrixMarket matrix coordinate real %s\n",
+		                           matrix.symmetric ? "symmetric" : "general");
 	if (status == GNP_OK)
 		status = gnp_comments_write(comments, "% ", buffer, error);
-	if (status == GNP_OK)
-		status = gnp_buffer_printf(buffer, error, "%zu %zu %zu\n", matrix.rows, matrix.columns_count, matrix.entries);
-	for (size_t row = 0; row < matrix.rows && status == GNP_OK; row++)
-		status = write_row(&matrix, row, buffer, error);
-	return status;
+	if (status != GNP_OK)
+		return status;
+	return matrix.symmetric ? write_symmetric(&matrix, buffer, error) : write_general(&matrix, buffer, error);
 }
 
 static gnp_status parameters(const unsigned char *body, size_t size, struct gnp_values *values, struct gnp_error *error)

@@ -10,6 +10,7 @@
 #include "proto/codec/parameters.h"
 #include "proto/format/format.h"
 #include "proto/format/npy.h"
+#include "proto/format/sparse.h"
 
 enum {
 	ENTRIES_MAX = 4096,
@@ -187,8 +188,8 @@ static bool entry_name(const struct gnp_decode *decode, const char *entry, char 
 		return false;
 	memcpy(name, entry, length);
 	name[length] = '\0';
-	if (decode->all)
-		return true;
+	if (decode->all) /* "format" is a text, of sparse matrices */
+		return strcmp(name, "format") != 0;
 	const struct gnp_tensor_info *input = gnp_decode_input(decode, name);
 	if (input)
 		strcpy(name, input->name);
@@ -337,7 +338,7 @@ static gnp_status make_report(const struct gnp_values *comments, struct gnp_buff
 	return status;
 }
 
-/* files: of the tensors, and one of the report, empty where there is none. */
+/* files: of the tensors, and one of the report and one of a matrix's kind, empty where there is none. */
 static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffer *files,
                        const struct gnp_buffer *comment, struct gnp_buffer *buffer, struct gnp_error *error)
 {
@@ -349,8 +350,10 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 	bool made = true;
 	for (size_t i = 0; i < tensors->count && made; i++)
 		made = add_entry(archive, tensors->items[i].name, &files[i]);
-	if (made && files[tensors->count].size)
-		made = add_entry(archive, GNP_PARAMETERS_NAME, &files[tensors->count]);
+	static const char *const beside[] = {GNP_PARAMETERS_NAME, "format"};
+	for (size_t i = 0; i < 2 && made; i++)
+		if (files[tensors->count + i].size)
+			made = add_entry(archive, beside[i], &files[tensors->count + i]);
 	if (made && comment->size && comment->size <= 65535)
 		made = zip_set_archive_comment(archive, (const char *)comment->data, (zip_uint16_t)comment->size) == 0;
 	zip_source_keep(source); /* closing the archive drops its own reference */
@@ -368,25 +371,47 @@ static gnp_status pack(const struct gnp_tensors *tensors, const struct gnp_buffe
 	return status;
 }
 
-static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
-                              struct gnp_buffer *buffer,
-                          struct gnp_error *error)
+/* scipy's name for a matrix by rows, as an array of one text of three bytes. */
+static gnp_status make_kind(struct gnp_buffer *file, struct gnp_error *error)
 {
-	struct gnp_buffer *files = gnp_array_zero(tensors->count + 1, sizeof *files), comment = {0},
-	                           *report = files + tensors->count;
+	static const char header[] = "\x93NUMPY\x01\x00\x76\x00{'descr': '|S3', 'fortran_order': False, 'shape': (), }";
+	gnp_status status = gnp_buffer_append(file, header, sizeof header - 1, error);
+	return status == GNP_OK ? gnp_buffer_printf(file, error, "%*s\ncsr", (int)(127 - (sizeof header - 1)), "") : status;
+}
+
+static gnp_status encode_arrays(const struct gnp_tensors *tensors, bool sparse, const struct gnp_values *comments,
+                                struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	enum { REPORT, KIND, BESIDE };
+	struct gnp_buffer *files = gnp_array_zero(tensors->count + BESIDE, sizeof *files), comment = {0},
+	                           *beside = files + tensors->count;
 	if (!files)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "npz: no memory for %zu arrays", tensors->count);
 	gnp_status status = make_files(tensors, files, error);
 	if (status == GNP_OK && comments && comments->count)
-		status = make_report(comments, report, error);
+		status = make_report(comments, &beside[REPORT], error);
+	if (status == GNP_OK && sparse)
+		status = make_kind(&beside[KIND], error);
 	if (status == GNP_OK)
 		status = gnp_comments_write(comments, "", &comment, error);
 	if (status == GNP_OK)
 		status = pack(tensors, files, &comment, buffer, error);
-	for (size_t i = 0; i <= tensors->count; i++)
+	for (size_t i = 0; i < tensors->count + BESIDE; i++)
 		gnp_buffer_clear(&files[i]);
 	free(files);
 	gnp_buffer_clear(&comment);
+	return status;
+}
+
+static gnp_status encode_file(const struct gnp_tensors *tensors, const struct gnp_values *comments,
+                              struct gnp_buffer *buffer, struct gnp_error *error)
+{
+	struct gnp_tensors renamed = {0};
+	bool sparse = gnp_sparse_is_symmetric(tensors);
+	gnp_status status = sparse ? gnp_sparse_for_scipy(tensors, &renamed, error) : GNP_OK;
+	if (status == GNP_OK)
+		status = encode_arrays(sparse ? &renamed : tensors, sparse, comments, buffer, error);
+	gnp_tensors_clear(&renamed);
 	return status;
 }
 
