@@ -83,7 +83,8 @@ struct gnp_poisson_info gnp_poisson_info(const struct gnp_poisson *poisson)
 static gnp_status check_options(const struct gnp_poisson_options *options, struct gnp_error *error)
 {
 	if (!isfinite(options->screening))
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g, need a finite number", options->screening);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "screening: got %g, need a finite number",
+		                     options->screening);
 	if (options->solver < GNP_SOLVER_AUTO || options->solver > GNP_SOLVER_ITERATIVE)
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
 		                     "solver: got %d, need 0..%d", options->solver, GNP_SOLVER_ITERATIVE);

@@ -1,4 +1,4 @@
-/* Poisson equations on a cloud: alpha u - Delta u = f, alpha >= 0; with alpha = 0 Delta u = -f, u of zero mean.
+/* Poisson equations on a cloud: alpha u - Delta u = f; with alpha = 0 Delta u = -f, u of zero mean.
  *
  * What is the same for every right-hand side (geometry, assembly, factor) is made once and kept in an opaque,
  * immutable, reference-counted object; threads may solve with one at the same time. */
@@ -14,7 +14,7 @@ enum gnp_mean { GNP_MEAN_AREA, GNP_MEAN_PLAIN };
 
 struct gnp_poisson_options {
 	struct gnp_laplacian_options laplacian; /* domain, system, drop, degree, neighbors; which is ignored */
-	double screening;           /* alpha [1 / length^2]; below 0 there are waves, whose eigenvalue -alpha must be none of the operator's */
+	double screening;           /* alpha [1 / length^2]; below 0 -alpha may be no eigenvalue */
 	const unsigned char *fixed; /* (n) 1 where u is given with each right-hand side (Dirichlet); NULL: nowhere. Read while preparing alone */
 	int solver;                 /* enum gnp_solver_kind */
 	size_t memory_limit;        /* of the factor while it is made [bytes]; 0: none */

@@ -108,8 +108,8 @@ static gnp_status make_direct(struct gnp_solver *solver, const struct gnp_domain
 	if (!points)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "factor: no memory for %zu unknowns", equation->unknowns);
 	bool square = is_square(equation);
-	gnp_status status = gnp_solver_factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit, pool, task, fits, &solver->factor,
-	                           error);
+	gnp_status status = gnp_solver_factor(square ? &equation->matrix : &equation->normal, !square, points, memory_limit,
+	                                      pool, task, fits, &solver->factor, error);
 	free(points);
 	solver->kind = GNP_SOLVER_DIRECT;
 	return status == GNP_OK ? weigh_rows(solver, error) : status;
@@ -162,7 +162,8 @@ static gnp_status make_iterative(struct gnp_solver *solver, const struct gnp_dom
 		status = gnp_volume_matrix(&stiffness, added, equation->given, &matrix, error);
 	}
 	if (status == GNP_OK)
-		status = gnp_solver_factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL, &solver->factor, error);
+		status = gnp_solver_factor(&matrix, !equation->given, kept.points, memory_limit, pool, task, NULL,
+		                           &solver->factor, error);
 	gnp_prepared_clear(&kept);
 	gnp_stiffness_clear(&stiffness);
 	gnp_csr_clear(&matrix);

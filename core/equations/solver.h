@@ -28,8 +28,8 @@ gnp_status gnp_solver_apply(const struct gnp_solver *solver, const double *b, si
                             const struct gnp_krylov_options *options, struct gnp_pool *pool, struct gnp_task *task,
                             double *x, struct gnp_krylov_report *report, struct gnp_error *error);
 
-/* The factor of a matrix (factor_plan.h), where its limit of memory (0: none) allows it. fits (may be NULL: then it must)
- * says whether that does. */
+/* The factor of a matrix (factor_plan.h), where the limit of memory (0: none) allows it. fits (may be NULL: then it
+ * must) says whether that does. */
 gnp_status gnp_solver_factor(const struct gnp_csr *matrix, bool symmetric, const double *points, size_t memory_limit,
                              struct gnp_pool *pool, struct gnp_task *task, bool *fits, struct gnp_factor **out,
                              struct gnp_error *error);

@@ -10,7 +10,7 @@
 #include "core/operators/operator_check.h"
 
 enum { COUNT_MAX = 500 };
-static const double beside_shift = 1 + 1e-4; /* of what is inverted: users ask about eigenvalues, which have no inverse */
+static const double beside_shift = 1 + 1e-4; /* users ask about eigenvalues, where there is no inverse */
 
 void gnp_spectrum_clear(struct gnp_spectrum *spectrum)
 {
@@ -61,11 +61,11 @@ gnp_status gnp_spectrum_check(size_t count, size_t points, int system, struct gn
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "count: got %zu, need 1..%d", count, COUNT_MAX);
 	if (square && points < least_points(count))
 		return gnp_error_set(error, GNP_INVALID_ARGUMENT,
-		                     "points: got %zu, need at least %zu, 4 count + 96 where count is %zu (system=symmetric needs "
-		                     "as many as count)", points, least_points(count), count);
+		                     "points: got %zu, need at least %zu, 4 count + 96 where count is %zu "
+		                     "(system=symmetric needs as many as count)", points, least_points(count), count);
 	if (points < count)
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, as many as count", points,
-		                     count);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "points: got %zu, need at least %zu, as many as count",
+		                     points, count);
 	return GNP_OK;
 }
 
@@ -131,8 +131,8 @@ static const char *why_symmetric(const struct gnp_spectrum_task *asked, const st
 {
 	if (!gnp_domain_is_closed(domain))
 		return "stars are open, at a rim or where normals disagree";
-	return asked->free_points < least_points(asked->wanted.count) ? "collocation has too few points for so many eigenpairs"
-	                                                              : NULL;
+	bool few = asked->free_points < least_points(asked->wanted.count);
+	return few ? "collocation has too few points for so many eigenpairs" : NULL;
 }
 
 /* Takes the domain. */
@@ -202,9 +202,10 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 
 size_t gnp_spectrum_memory(size_t points, size_t count, int system)
 {
-	size_t symmetric = gnp_spectrum_symmetric_memory(points, count), square = gnp_spectrum_square_memory(points, count), answer;
+	size_t symmetric = gnp_spectrum_symmetric_memory(points, count), answer;
+	size_t square = gnp_spectrum_square_memory(points, count);
 	bool alone = system == GNP_SYSTEM_SYMMETRIC || (system == GNP_SYSTEM_AUTO && points < least_points(count));
 	size_t most = alone || symmetric > square ? symmetric : square;
-	bool fits = gnp_size_multiply(points + 3, count * sizeof(double), &answer) && answer < SIZE_MAX / 4 && most < SIZE_MAX / 4;
-	return fits ? most + answer : SIZE_MAX;
+	bool fits = gnp_size_multiply(points + 3, count * sizeof(double), &answer) && answer < SIZE_MAX / 4;
+	return fits && most < SIZE_MAX / 4 ? most + answer : SIZE_MAX;
 }

@@ -12,7 +12,7 @@
 struct gnp_spectrum {
 	size_t points, count;
 	double *value;     /* (count) ascending [1 / length^2]; where nothing is fixed 0 once for each component first */
-	double *imaginary; /* (count) what an unsymmetric discretisation leaves beside it, a measure of its error; symmetric: 0 */
+	double *imaginary; /* (count) what an unsymmetric operator leaves beside it, a measure of its error; symmetric: 0 */
 	double *vector;    /* (count, points) in the cloud's order, unit length when points weigh by their area, symmetric:
 	                    * orthonormal; 0 at fixed points; points the filter dropped have the local fit's value */
 	double *residual;  /* (count) ||(-Delta - sigma)^-1 v - v / (value - sigma)|| |value - sigma| */

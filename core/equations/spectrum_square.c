@@ -122,8 +122,8 @@ static gnp_status extend(struct arnoldi *work, struct gnp_error *error)
 	for (size_t k = 0; k < BLOCK; k++)
 		for (size_t i = 0; i < n; i++)
 			work->in[i * BLOCK + k] = work->basis[(work->size + k) * n + i];
-	gnp_status status = gnp_poisson_solve(work->poisson, work->in, work->zeros, BLOCK, work->pool, work->task, work->out, NULL,
-	                                      error);
+	gnp_status status = gnp_poisson_solve(work->poisson, work->in, work->zeros, BLOCK, work->pool, work->task,
+	                                      work->out, NULL, error);
 	for (size_t k = 0; k < BLOCK && status == GNP_OK; k++) {
 		double *h = work->projected + (work->size + k) * rows;
 		memset(h, 0, rows * sizeof *h);
@@ -256,12 +256,13 @@ gnp_status gnp_spectrum_square(const struct gnp_spectrum_task *asked, const stru
 {
 	size_t n = out->points, count = out->count;
 	struct arnoldi work = {.poisson = poisson, .pool = asked->pool, .task = asked->task, .n = n, .wanted = count,
-	                       .fixed = asked->fixed, .sigma = asked->sigma, .capacity = capacity_of(count, asked->free_points),
+	                       .fixed = asked->fixed, .sigma = asked->sigma,
+	                       .capacity = capacity_of(count, asked->free_points),
 	                       .zeros = asked->fixed ? gnp_array_zero(n, BLOCK * sizeof(double)) : NULL};
 	double *block = NULL;
-	gnp_status status = take(&work, &block) && (work.zeros || !asked->fixed)
-	                        ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "spectrum: no memory for %zu vectors of %zu",
-	                                                 work.capacity, n);
+	bool room = take(&work, &block) && (work.zeros || !asked->fixed);
+	gnp_status status = room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY,
+	                                                  "spectrum: no memory for %zu vectors of %zu", work.capacity, n);
 	if (status == GNP_OK)
 		status = iterate(&work, asked->wanted.tolerance, error);
 	if (status == GNP_OK)

@@ -1,8 +1,8 @@
 /* Eigenpairs of the symmetric operator: S v = lambda M v with the stiffness S and the masses M of the weak form.
  *
- * Pieces of the cloud that nothing connects are solved one by one, so that an eigenvalue comes once for every piece that
- * has it: small ones as dense matrices, large ones by Lanczos iteration on (S - sigma M)^-1 M. Values are those of the
- * quotient of a vector's energy and its square, which is no sum of numbers below 0. */
+ * Pieces of the cloud that nothing connects are solved one by one, so that an eigenvalue comes once for every piece
+ * that has it: small ones as dense matrices, large ones by Lanczos iteration on (S - sigma M)^-1 M. A value is the
+ * quotient of its vector's energy and square, which are sums of nothing below 0. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,7 +200,8 @@ static void write_row(const struct work *work, size_t piece, size_t k, struct pe
 {
 	const struct gnp_stiffness *s = work->volumes;
 	struct gnp_csr *matrix = &pencil->matrix;
-	size_t i = gnp_pieces_point(&work->pieces, piece, k), at = matrix->row_offsets[k], e = s->start[i], end = s->start[i + 1];
+	size_t i = gnp_pieces_point(&work->pieces, piece, k), at = matrix->row_offsets[k];
+	size_t e = s->start[i], end = s->start[i + 1];
 	for (bool own = false; e < end || !own;) {
 		if (!own && (e == end || s->column[e] > i)) {
 			matrix->column[at] = (uint32_t)k;
@@ -380,7 +381,8 @@ static gnp_status write_pairs(struct work *work, struct gnp_spectrum *out, struc
 {
 	const struct gnp_domain *domain = work->domain;
 	struct gnp_csr outside = {.rows = 0};
-	double *values = gnp_array_new(work->pieces.points + domain->dropped, sizeof *values), *there = values ? values + work->pieces.points : NULL;
+	double *values = gnp_array_new(work->pieces.points + domain->dropped, sizeof *values);
+	double *there = values ? values + work->pieces.points : NULL;
 	gnp_status status = values ? GNP_OK : gnp_no_memory("spectrum", work->pieces.points, "points", error);
 	if (status == GNP_OK && domain->dropped)
 		status = gnp_interpolation_make(&domain->prepared, domain->dropped_points, domain->dropped, work->asked->degree,
@@ -419,7 +421,8 @@ gnp_status gnp_spectrum_symmetric(const struct gnp_spectrum_task *asked, const s
 
 size_t gnp_spectrum_symmetric_memory(size_t points, size_t count)
 {
-	size_t vectors = gnp_lanczos_vectors(count), basis, small = 3 * vectors * vectors + (vectors + BESIDE) * (vectors + BESIDE);
+	size_t vectors = gnp_lanczos_vectors(count), basis;
+	size_t small = 3 * vectors * vectors + (vectors + BESIDE) * (vectors + BESIDE);
 	size_t rows = vectors + count + 2 * GNP_LANCZOS_BLOCK; /* with the pairs */
 	bool fits = gnp_size_multiply(points, rows, &basis) && basis < SIZE_MAX / sizeof(double) / 2;
 	return fits ? (basis + small) * sizeof(double) + points * 64 : SIZE_MAX;

@@ -22,7 +22,8 @@ struct basis {
 	double *vector;    /* (most + BLOCK, n) orthonormal by the masses */
 	double *matrix;    /* (most, most) of A in the basis, both triangles */
 	double *share;     /* (most + BLOCK, BLOCK) column by column */
-	double coupling[BLOCK][BLOCK]; /* [k][r]: of what A makes of the k-th last vector applied to, the r-th waiting one's share */
+	/* [k][r]: of what A makes of the k-th of the last BLOCK vectors, the share of the r-th that waits */
+	double coupling[BLOCK][BLOCK];
 	double *ritz;      /* (most, most) vectors in the basis, a column each */
 	double *theta;     /* (most) ascending */
 	size_t *order;     /* (most) by magnitude, the largest first */
@@ -70,8 +71,8 @@ static gnp_status take_off(struct basis *basis, size_t count, size_t at, size_t 
 	const struct gnp_lanczos *system = basis->system;
 	if (count == 0)
 		return GNP_OK;
-	gnp_status status = gnp_vectors_block_dot(basis->vector, count, system->n, system->mass, vector_at(basis, at), width,
-	                                          system->pool, basis->share, error);
+	gnp_status status = gnp_vectors_block_dot(basis->vector, count, system->n, system->mass, vector_at(basis, at),
+	                                          width, system->pool, basis->share, error);
 	if (status == GNP_OK)
 		status = gnp_vectors_block_subtract(basis->vector, count, system->n, basis->share, width, system->pool,
 		                                    vector_at(basis, at), error);
@@ -120,9 +121,11 @@ static gnp_status normalise_block(struct basis *basis, size_t at, const double *
 	for (size_t c = 0; c < BLOCK && status == GNP_OK; c++) {
 		double left = 0, *vector = vector_at(basis, at + c), *before = vector_at(basis, at);
 		for (int pass = 0; pass < 2 && status == GNP_OK && c > 0; pass++) {
-			status = gnp_vectors_block_dot(before, c, system->n, system->mass, vector, 1, system->pool, basis->share, error);
+			status = gnp_vectors_block_dot(before, c, system->n, system->mass, vector, 1, system->pool, basis->share,
+			                               error);
 			if (status == GNP_OK)
-				status = gnp_vectors_block_subtract(before, c, system->n, basis->share, 1, system->pool, vector, error);
+				status = gnp_vectors_block_subtract(before, c, system->n, basis->share, 1, system->pool, vector,
+				                                    error);
 			for (size_t r = 0; r < c; r++)
 				basis->coupling[c][r] += basis->share[r];
 		}
@@ -230,7 +233,8 @@ static gnp_status find_pairs(struct basis *basis, struct gnp_error *error)
 	if (info < 0)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "eigenvectors: no memory for a matrix of %zu rows", size);
 	if (info > 0)
-		return gnp_error_set(error, GNP_NO_CONVERGENCE, "eigenvectors: those of a matrix of %zu rows were not found", size);
+		return gnp_error_set(error, GNP_NO_CONVERGENCE, "eigenvectors: those of a matrix of %zu rows were not found",
+		                     size);
 	sort_by_magnitude(basis);
 	return GNP_OK;
 }

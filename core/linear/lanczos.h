@@ -1,9 +1,9 @@
 /* Finds eigenpairs of a symmetric operator that is known by what it does to vectors: block Lanczos iteration with
  * thick restarts (Wu & Simon 2000; Saad 2011, chapter 7).
  *
- * Every vector is made orthogonal to all others of the basis, twice, and the operator's matrix in the basis is taken as
- * it is measured: pairs come once each, real, with orthonormal vectors. An eigenvalue that is multiple is found as often
- * as a block has vectors, and more often where a block comes to less than its number of vectors: then others begin. */
+ * Every vector is made orthogonal to all others of the basis, twice, and the operator's matrix in the basis is taken
+ * as it is measured: pairs come once each, real, with orthonormal vectors. A multiple eigenvalue is found as often as a
+ * block has vectors, and more often where a block comes to less than its number of vectors: then others begin. */
 #ifndef GNP_CORE_LANCZOS_H
 #define GNP_CORE_LANCZOS_H
 

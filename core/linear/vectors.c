@@ -116,11 +116,12 @@ static gnp_status block_dot_chunk(void *context, size_t begin, size_t end, struc
 	size_t length = end - begin;
 	double *partial = work->partial + begin / BLOCK_CHUNK * work->count * work->width;
 	double *weighted = gnp_scratch_take(scratch, length * work->width, sizeof *weighted);
+	const double *weights = work->weights;
 	if (!weighted)
 		return no_scratch(error);
 	for (size_t c = 0; c < work->width; c++)
 		for (size_t i = 0; i < length; i++)
-			weighted[c * length + i] = work->from[c * work->n + begin + i] * (work->weights ? work->weights[begin + i] : 1);
+			weighted[c * length + i] = work->from[c * work->n + begin + i] * (weights ? weights[begin + i] : 1);
 	gnp_linalg_subtract_transposed_product(work->count, work->width, length, work->vectors + begin, work->n, weighted,
 	                                       length, partial, work->count);
 	return GNP_OK;

@@ -234,8 +234,7 @@ static gnp_status allocate(const struct gnp_collocation_rule *rule, size_t point
 	for (int d = 0; d < GNP_DERIVATIVE_COUNT && room; d++)
 		if (rule->which & GNP_DERIVATIVE_BIT(d))
 			room = (out->value[d] = gnp_array_new(entries, sizeof(double))) != NULL;
-	return room ? GNP_OK : gnp_error_set(error, GNP_OUT_OF_MEMORY, "laplacian: no memory for %zu entries of %zu rows", entries,
-	                                       points);
+	return room ? GNP_OK : gnp_no_memory("laplacian", entries, "entries", error);
 }
 
 static gnp_status check_rule(const struct gnp_collocation_rule *rule, unsigned lowest, struct gnp_error *error)
@@ -386,7 +385,8 @@ gnp_status gnp_collocation_reorder(struct gnp_collocation *collocation, const ui
 	struct entry *entries = gnp_array_new(longest, sizeof *entries);
 	moved.mass = collocation->mass ? gnp_array_new(points, sizeof *moved.mass) : NULL;
 	bool room = spare && column_of && entries && (moved.mass || !collocation->mass);
-	gnp_status status = room ? allocate(&rule, points, count_entries(collocation, copies), &moved, error) : GNP_OUT_OF_MEMORY;
+	gnp_status status = room ? allocate(&rule, points, count_entries(collocation, copies), &moved, error)
+	                         : GNP_OUT_OF_MEMORY;
 	if (status == GNP_OK) {
 		move_columns(collocation, position, points, column_of, spare, &moved);
 		move_rows(collocation, position, copies, column_of, entries, &moved);

@@ -24,7 +24,8 @@ struct gnp_laplacian_options gnp_laplacian_defaults(void);
 /* The degree that options come to, and the points of a stencil. */
 unsigned gnp_laplacian_degree(const struct gnp_laplacian_options *options);
 size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
-/* Whether a system has all matrices of a mask: collocation all but the stiffness, the weak form the Laplacian and that. */
+/* Whether a system has all matrices of a mask: collocation all but the stiffness, the weak form that and the
+ * Laplacian. */
 gnp_status gnp_laplacian_check_which(int system, unsigned which, struct gnp_error *error);
 
 /* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending

@@ -10,9 +10,9 @@
 #include "core/operators/collocation.h"
 #include "core/operators/domain.h"
 
-/* which: mask of GNP_DERIVATIVE_BIT of the Laplacian and the stiffness S, which it has alone. Every point kept, in curve
- * order; mass: M, the domain's areas. Deterministic for any worker count. On failure *out is unchanged. task may be
- * NULL. */
+/* which: mask of GNP_DERIVATIVE_BIT of the Laplacian and the stiffness S, which it has alone. Every point kept, in
+ * curve order; mass: M, the domain's areas. Deterministic for any worker count. On failure *out is unchanged. task may
+ * be NULL. */
 gnp_status gnp_weak_make(const struct gnp_domain *domain, unsigned which, struct gnp_pool *pool, struct gnp_task *task,
                          struct gnp_collocation *out, struct gnp_error *error);
 

@@ -31,8 +31,8 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	[DIVERGENCE_Y] = DERIVATIVE("divergence_y", "its y"),
 	[DIVERGENCE_Z] = DERIVATIVE("divergence_z", "its z"),
 	[STIFFNESS] = DERIVATIVE("stiffness",
-	                         "S of the symmetric system, whose Laplacian is -M^-1 S: symmetric, positive semidefinite; in "
-	                         "npz files what scipy.sparse.load_npz reads, in mtx files the matrix"),
+	                         "S of the symmetric system, whose Laplacian is -M^-1 S: symmetric, positive semidefinite; "
+	                         "in npz files what scipy.sparse.load_npz reads, in mtx files the matrix"),
 	[MASS] = {"mass", GNP_FP64, 1, {-2}, false,
 	          "M of the symmetric system: the area that each kept point stands for [length^2]"},
 };

@@ -24,11 +24,13 @@ static const struct gnp_tensor_info outputs[OUTPUTS] = {
 	               "what collocation leaves beside each: a measure of its error; 0 of the symmetric system"},
 	[RESIDUAL] = {"residual", GNP_FP64, 1, {-2}, true, "relative residual of each pair"},
 	[EIGENVECTORS] = {"eigenvectors", GNP_FP64, 2, {-1, -2}, false,
-	                  "a column each, of unit length when points weigh by their area; of the symmetric system orthonormal"},
+	                  "a column each, of unit length when points weigh by their area; of the symmetric system "
+	                  "orthonormal"},
 };
 
 static const struct gnp_parameter parameters[] = {
-	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL, "how many of the lowest, or of those nearest to shift"},
+	{"count", GNP_PARAMETER_INTEGER, offsetof(struct options, count), 1, 500, NULL,
+	 "how many of the lowest, or of those nearest to shift"},
 	{"shift", GNP_PARAMETER_NUMBER, offsetof(struct options, shift), 0, 1e100, NULL,
 	 "the eigenvalues nearest to it, ascending [1/length^2]; 0: the lowest"},
 	{"accuracy", GNP_PARAMETER_NUMBER, offsetof(struct options, accuracy), 1e-12, 0.1, NULL, "of the residuals"},
@@ -135,5 +137,6 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-GNP_OPERATION(spectrum, "Eigenvalues and eigenvectors of -Delta on the surface of a cloud: the lowest, or those about a value.",
+GNP_OPERATION(spectrum,
+              "Eigenvalues and eigenvectors of -Delta on the surface of a cloud: the lowest, or those about a value.",
               .resolve = gnp_equation_resolve, .rows = rows);

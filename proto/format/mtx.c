@@ -12,7 +12,8 @@ static gnp_status write_entry(size_t row, size_t column, double value, struct gn
 	return gnp_buffer_printf(buffer, error, "%zu %zu %.*s\n", row + 1, column + 1, length, text);
 }
 
-/* Of a symmetric matrix on and below the diagonal: its row k. Adds to *count how many there are; buffer NULL: it counts alone. */
+/* Of a symmetric matrix on and below the diagonal: its row k. Adds to *count how many there are; buffer NULL: it counts
+ * alone. */
 static gnp_status write_half(const struct gnp_sparse *matrix, size_t k, size_t *count, struct gnp_buffer *buffer,
                              struct gnp_error *error)
 {

@@ -22,15 +22,17 @@ static size_t count_columns(const struct gnp_tensor *kept, const struct gnp_spar
 static void take_diagonal(const struct gnp_tensor *mass, struct gnp_sparse *out)
 {
 	size_t count = mass->shape[0];
-	*out = (struct gnp_sparse){.values = mass->data, .rows = count, .width = count, .entries = count, .symmetric = true};
+	*out = (struct gnp_sparse){.values = mass->data, .rows = count, .width = count, .entries = count,
+	                           .symmetric = true};
 }
 
 gnp_status gnp_sparse_find(const struct gnp_tensors *tensors, const char *format, struct gnp_sparse *out,
                            struct gnp_error *error)
 {
-	const struct gnp_tensor *offsets = part(tensors, "row_offsets", GNP_INT64), *columns = part(tensors, "columns", GNP_INT64);
+	const struct gnp_tensor *offsets = part(tensors, "row_offsets", GNP_INT64);
+	const struct gnp_tensor *columns = part(tensors, "columns", GNP_INT64), *kept = part(tensors, "kept", GNP_INT64);
 	const struct gnp_tensor *stiffness = part(tensors, "stiffness", GNP_FP64), *mass = part(tensors, "mass", GNP_FP64);
-	const struct gnp_tensor *values = stiffness ? stiffness : part(tensors, "values", GNP_FP64), *kept = part(tensors, "kept", GNP_INT64);
+	const struct gnp_tensor *values = stiffness ? stiffness : part(tensors, "values", GNP_FP64);
 	if (mass && !offsets && !columns && !values) {
 		take_diagonal(mass, out);
 		return GNP_OK;
@@ -42,12 +44,15 @@ gnp_status gnp_sparse_find(const struct gnp_tensors *tensors, const char *format
 	struct gnp_sparse matrix = {.offsets = offsets->data, .columns = columns->data, .values = values->data,
 	                            .kept = kept ? kept->data : NULL, .symmetric = stiffness != NULL,
 	                            .rows = offsets->shape[0] ? offsets->shape[0] - 1 : 0, .entries = values->shape[0]};
-	if (columns->shape[0] != matrix.entries || !offsets->shape[0] || matrix.offsets[matrix.rows] != (int64_t)matrix.entries)
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: row_offsets, columns and values do not fit together", format);
+	if (columns->shape[0] != matrix.entries || !offsets->shape[0] ||
+	    matrix.offsets[matrix.rows] != (int64_t)matrix.entries)
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: row_offsets, columns and values do not fit together",
+		                     format);
 	matrix.width = count_columns(kept, &matrix);
 	bool square = kept ? kept->shape[0] == matrix.width : matrix.width <= matrix.rows;
 	if (matrix.symmetric && !square)
-		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: stiffness has more columns than rows, or than kept names", format);
+		return gnp_error_set(error, GNP_NOT_ACCEPTABLE, "%s: stiffness has more columns than rows, or than kept names",
+		                     format);
 	if (matrix.symmetric && !kept)
 		matrix.width = matrix.rows;
 	*out = matrix;
@@ -77,8 +82,10 @@ static bool is_part(const char *name)
 static size_t count_entries(const struct gnp_sparse *matrix)
 {
 	size_t entries = 0;
-	for (size_t k = 0; k < matrix->width; k++)
-		entries += (size_t)(matrix->offsets[gnp_sparse_row(matrix, k) + 1] - matrix->offsets[gnp_sparse_row(matrix, k)]);
+	for (size_t k = 0; k < matrix->width; k++) {
+		const int64_t *row = matrix->offsets + gnp_sparse_row(matrix, k);
+		entries += (size_t)(row[1] - row[0]);
+	}
 	return entries;
 }
 
@@ -141,10 +148,11 @@ static gnp_status add_other(const struct gnp_sparse *matrix, const struct gnp_te
 {
 	if (is_part(tensor->name))
 		return GNP_OK;
-	if (strcmp(tensor->name, "values") == 0 && tensor->datatype == GNP_FP64 && tensor->size == matrix->entries * sizeof(double))
+	bool values = strcmp(tensor->name, "values") == 0 && tensor->datatype == GNP_FP64;
+	if (values && tensor->size == matrix->entries * sizeof(double))
 		return add_gathered(matrix, "values", GNP_FP64, tensor->data, out, error);
-	return gnp_tensors_add_data(out, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data, false, NULL,
-	                            error);
+	return gnp_tensors_add_data(out, tensor->name, tensor->datatype, tensor->rank, tensor->shape, tensor->data, false,
+	                            NULL, error);
 }
 
 gnp_status gnp_sparse_for_scipy(const struct gnp_tensors *tensors, struct gnp_tensors *out, struct gnp_error *error)

@@ -54,7 +54,8 @@ gnp_status gnp_pde_condition(const struct gnp_cloud *cloud, const struct gnp_poi
 	status = largest(&matrix, pool, task, &high, error);
 	gnp_collocation_clear(&made);
 	if (status == GNP_OK)
-		status = gnp_spectrum_run(cloud, options, &(struct gnp_spectrum_wanted){2, 0, 1e-6}, pool, task, &spectrum, error);
+		status = gnp_spectrum_run(cloud, options, &(struct gnp_spectrum_wanted){2, 0, 1e-6}, pool, task, &spectrum,
+		                          error);
 	if (status != GNP_OK)
 		return status;
 	*condition = high / spectrum.value[1];

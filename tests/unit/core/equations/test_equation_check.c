@@ -181,7 +181,8 @@ static void spectrum_warns(size_t count, struct gnp_task *task)
 	struct gnp_poisson_options options = options_of();
 	struct gnp_spectrum spectrum = {.count = 0};
 	gnp_task_init(task);
-	check_status(gnp_spectrum_run(&cloud, &options, &(struct gnp_spectrum_wanted){count, 0, 1e-6}, pool, task, &spectrum, &error), &error);
+	const struct gnp_spectrum_wanted wanted = {count, 0, 1e-6};
+	check_status(gnp_spectrum_run(&cloud, &options, &wanted, pool, task, &spectrum, &error), &error);
 	gnp_spectrum_clear(&spectrum);
 }
 

@@ -66,8 +66,9 @@ static struct gnp_spectrum spectrum_with(const struct made *cloud, int system, c
 	options.laplacian.system = system;
 	options.laplacian.domain.estimate.cover = GNP_COVER_ALL;
 	options.fixed = fixed;
-	CHECK(gnp_spectrum_run(&(struct gnp_cloud){cloud->count, cloud->points, NULL}, &options,
-	                       &(struct gnp_spectrum_wanted){count, shift, 1e-9}, workers, NULL, &spectrum, &error) == GNP_OK);
+	const struct gnp_cloud given = {cloud->count, cloud->points, NULL};
+	const struct gnp_spectrum_wanted wanted = {count, shift, 1e-9};
+	CHECK(gnp_spectrum_run(&given, &options, &wanted, workers, NULL, &spectrum, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	return spectrum;
 }
@@ -81,8 +82,9 @@ static struct gnp_spectrum spectrum_of(const struct made *cloud, size_t count)
 static void make_matrices(const struct made *cloud, struct gnp_domain *domain, struct gnp_stiffness *volumes)
 {
 	struct gnp_laplacian_options options = gnp_laplacian_defaults();
+	const struct gnp_cloud given = {cloud->count, cloud->points, NULL};
 	options.domain.estimate.cover = GNP_COVER_ALL;
-	CHECK(gnp_domain_make(&(struct gnp_cloud){cloud->count, cloud->points, NULL}, &options.domain, pool, NULL, domain, NULL) == GNP_OK);
+	CHECK(gnp_domain_make(&given, &options.domain, pool, NULL, domain, NULL) == GNP_OK);
 	CHECK(gnp_volume_stiffness(&domain->prepared, pool, NULL, volumes, NULL) == GNP_OK);
 }
 
@@ -245,58 +247,69 @@ static void what_is_not_there_is_refused(void)
 	const struct gnp_cloud given = {cloud.count, cloud.points, NULL};
 	options.laplacian.system = GNP_SYSTEM_SYMMETRIC;
 	options.fixed = cloud.fixed;
-	CHECK(gnp_spectrum_run(&given, &options, &(struct gnp_spectrum_wanted){101, 0, 1e-8}, pool, NULL, &spectrum, &error) == GNP_INVALID_ARGUMENT);
+	const struct gnp_spectrum_wanted many = {101, 0, 1e-8}, below = {10, -1, 1e-8}, few = {5, 0, 1e-8};
+	CHECK(gnp_spectrum_run(&given, &options, &many, pool, NULL, &spectrum, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "points: got 100, need at least 101, as many as count");
-	CHECK(gnp_spectrum_run(&given, &options, &(struct gnp_spectrum_wanted){10, -1, 1e-8}, pool, NULL, &spectrum, &other) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_spectrum_run(&given, &options, &below, pool, NULL, &spectrum, &other) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(other.text, "shift: got -1, need a finite number >= 0");
 	static struct made large;
 	add_square(&large, SIDE, 0, 0);
 	options.memory_limit = 1000;
 	options.fixed = NULL;
-	CHECK(gnp_spectrum_run(&(struct gnp_cloud){large.count, large.points, NULL}, &options, &(struct gnp_spectrum_wanted){5, 0, 1e-8}, pool, NULL,
-	                       &spectrum, &more) == GNP_TOO_LARGE);
+	const struct gnp_cloud all = {large.count, large.points, NULL};
+	CHECK(gnp_spectrum_run(&all, &options, &few, pool, NULL, &spectrum, &more) == GNP_TOO_LARGE);
 	CHECK_CONTAINS(more.text, "memory: the factor of 2025 unknowns needs ");
 }
 
 /* ---- ARPACK ---- */
 
-typedef void saupd(int *ido, const char *bmat, const int *n, const char *which, const int *nev, const double *tol, double *resid, const int *ncv,
-                   double *v, const int *ldv, int *iparam, int *ipntr, double *workd, double *workl, const int *lworkl, int *info, size_t, size_t);
-typedef void seupd(const int *rvec, const char *howmny, int *select, double *d, double *z, const int *ldz, const double *sigma, const char *bmat,
-                   const int *n, const char *which, const int *nev, const double *tol, double *resid, const int *ncv, double *v, const int *ldv,
-                   int *iparam, int *ipntr, double *workd, double *workl, const int *lworkl, int *info, size_t, size_t, size_t);
+/* Its dsaupd and dseupd. */
+typedef void saupd(int *ido, const char *bmat, const int *n, const char *which, const int *nev, const double *tol,
+                   double *resid, const int *ncv, double *v, const int *ldv, int *iparam, int *ipntr, double *workd,
+                   double *workl, const int *lworkl, int *info, size_t, size_t);
+typedef void seupd(const int *rvec, const char *howmny, int *select, double *d, double *z, const int *ldz,
+                   const double *sigma, const char *bmat, const int *n, const char *which, const int *nev,
+                   const double *tol, double *resid, const int *ncv, double *v, const int *ldv, int *iparam,
+                   int *ipntr, double *workd, double *workl, const int *lworkl, int *info, size_t, size_t, size_t);
 
-/* The pairs of S v = lambda M v by shift and invert (mode 3), eigenvalues ascending into value (nev). */
-static void ask_arpack(saupd *update, seupd *extract, const struct gnp_domain *domain, const struct gnp_stiffness *s, int nev, double *value)
+/* (S + M)^-1, with which they are asked to go on. */
+static struct gnp_factor *factor_of(const struct gnp_domain *domain, const struct gnp_stiffness *s)
 {
-	enum { MOST_NEV = 64, BASIS = 2 * MOST_NEV + 20 };
-	static double v[BASIS * MOST], work[3 * MOST], small[BASIS * (BASIS + 8)], left[MOST];
-	int n = (int)s->count, ncv = 2 * nev + 20, ido = 0, info = 0, length = ncv * (ncv + 8), yes = 0, iparam[11] = {1, 0, 1000, 1}, ipntr[11];
-	static int select[BASIS];
-	double tolerance = 1e-13, sigma = -1, *mass = domain->area, added[MOST];
 	struct gnp_csr matrix;
 	struct gnp_factor_plan plan;
 	struct gnp_factor *factor = NULL;
-	iparam[6] = 3;
-	for (int i = 0; i < n; i++)
-		added[i] = -sigma * mass[i];
-	CHECK(gnp_volume_matrix(s, added, NULL, &matrix, NULL) == GNP_OK);
+	CHECK(gnp_volume_matrix(s, domain->area, NULL, &matrix, NULL) == GNP_OK);
 	CHECK(gnp_factor_plan_make(&matrix, true, domain->prepared.points, pool, NULL, &plan, NULL) == GNP_OK);
 	CHECK(gnp_factor_make_take(&matrix, &plan, pool, NULL, &factor, NULL) == GNP_OK);
+	gnp_csr_clear(&matrix);
+	return factor;
+}
+
+/* Eigenvalues of S v = lambda M v by shift and invert (mode 3) into value (nev). */
+static void ask_arpack(saupd *update, seupd *extract, const struct gnp_domain *domain, const struct gnp_stiffness *s,
+                       int nev, double *value)
+{
+	enum { BASIS = 128 };
+	static double v[BASIS * MOST], work[3 * MOST], small[BASIS * (BASIS + 8)], left[MOST];
+	static int select[BASIS];
+	int n = (int)s->count, ncv = 2 * nev + 20, ido = 0, info = 0, length = ncv * (ncv + 8), yes = 0;
+	int iparam[11] = {1, 0, 1000, 1, 0, 0, 3}, ipntr[11];
+	double tolerance = 1e-13, sigma = -1;
+	struct gnp_factor *factor = factor_of(domain, s);
 	while (ido != 99) {
-		update(&ido, "G", &n, "LM", &nev, &tolerance, left, &ncv, v, &n, iparam, ipntr, work, small, &length, &info, 1, 2);
+		update(&ido, "G", &n, "LM", &nev, &tolerance, left, &ncv, v, &n, iparam, ipntr, work, small, &length, &info,
+		       1, 2);
 		double *from = work + ipntr[0] - 1, *to = work + ipntr[1] - 1, *weighed = work + ipntr[2] - 1;
 		for (int i = 0; i < n && (ido == -1 || ido == 1 || ido == 2); i++)
-			to[i] = ido == 1 ? weighed[i] : mass[i] * from[i];
+			to[i] = ido == 1 ? weighed[i] : domain->area[i] * from[i];
 		if (ido == -1 || ido == 1)
 			CHECK(gnp_factor_solve(factor, to, 1, pool, NULL, NULL) == GNP_OK);
 	}
 	CHECK(info == 0);
-	extract(&yes, "A", select, value, v, &n, &sigma, "G", &n, "LM", &nev, &tolerance, left, &ncv, v, &n, iparam, ipntr, work, small, &length, &info,
-	        1, 1, 2);
+	extract(&yes, "A", select, value, v, &n, &sigma, "G", &n, "LM", &nev, &tolerance, left, &ncv, v, &n, iparam, ipntr,
+	        work, small, &length, &info, 1, 1, 2);
 	CHECK(info == 0 && iparam[4] >= nev);
 	gnp_factor_free(factor);
-	gnp_csr_clear(&matrix);
 }
 
 static int by_size(const void *a, const void *b)

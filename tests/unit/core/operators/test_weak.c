@@ -10,6 +10,7 @@
 
 static struct gnp_pool *pool;
 
+enum { BOTH = GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_STIFFNESS) };
 enum cloud { GRID, RANDOM_SQUARE, RANDOM_SPHERE, TWO_PIECES, LINES, CLOUDS };
 
 static size_t make_cloud(enum cloud kind, double *points)
@@ -59,8 +60,7 @@ static void it_is_symmetric_and_monotone_on_every_cloud(void)
 		struct gnp_collocation made;
 		const struct gnp_cloud cloud = {n, points, NULL};
 		CHECK(gnp_domain_make(&cloud, &options.laplacian.domain, pool, NULL, &domain, NULL) == GNP_OK);
-		CHECK(gnp_weak_make(&domain, GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_LAPLACIAN) | GNP_DERIVATIVE_BIT(GNP_DERIVATIVE_STIFFNESS), pool, NULL, &made,
-		                    NULL) == GNP_OK);
+		CHECK(gnp_weak_make(&domain, BOTH, pool, NULL, &made, NULL) == GNP_OK);
 		double *dense = calloc(n * n, sizeof *dense);
 		const double *value = made.value[GNP_DERIVATIVE_LAPLACIAN];
 		for (size_t i = 0; i < n; i++) {
@@ -70,6 +70,7 @@ static void it_is_symmetric_and_monotone_on_every_cloud(void)
 				sum += value[e];
 				own += made.column[e] == i ? value[e] : 0;
 				CHECK(made.column[e] == i ? value[e] <= 0 : value[e] > 0);
+				CHECK_NEAR(-made.value[GNP_DERIVATIVE_STIFFNESS][e] / made.mass[i], value[e], 1e-14 * fabs(value[e]));
 			}
 			CHECK_NEAR(sum, 0, 1e-12 * fabs(own));
 		}
@@ -125,7 +126,8 @@ static struct gnp_spectrum spectrum_of(enum cloud kind, int system, size_t count
 	struct gnp_poisson_options options = options_with(system);
 	struct gnp_spectrum spectrum = {.count = 0};
 	const struct gnp_cloud cloud = {n, points, NULL};
-	CHECK(gnp_spectrum_run(&cloud, &options, &(struct gnp_spectrum_wanted){count, 0, 1e-8}, pool, NULL, &spectrum, NULL) == GNP_OK);
+	const struct gnp_spectrum_wanted wanted = {count, 0, 1e-8};
+	CHECK(gnp_spectrum_run(&cloud, &options, &wanted, pool, NULL, &spectrum, NULL) == GNP_OK);
 	return spectrum;
 }
 
