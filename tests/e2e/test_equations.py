@@ -1,6 +1,12 @@
 """Equations on surfaces: sources as tensors and as columns of files, operators kept between requests, matrices."""
 import array
+import ast
+import io
+import struct
+import subprocess
+import tempfile
 import threading
+import zipfile
 
 import harness
 from harness import expect_error
@@ -123,6 +129,79 @@ def test_laplacian_as_matrix_market(server):
     assert max(map(abs, sums)) < 1e-6
     expect_error(server.post("/v1/estimate?estimator=gmls&format=mtx", harness.ply(harness.floats(SPHERE))), 406, "not_acceptable",
                  "mtx: needs row_offsets")
+
+
+def arrays_of(npz):
+    """Every array of an archive as (descr, shape, its bytes), without numpy."""
+    found = {}
+    with zipfile.ZipFile(io.BytesIO(npz)) as archive:
+        for name in archive.namelist():
+            data = archive.read(name)
+            length = struct.unpack("<H", data[8:10])[0]
+            header = ast.literal_eval(data[10:10 + length].decode().strip())
+            assert data[:8] == b"\x93NUMPY\x01\x00" and (10 + length) % 64 == 0 and not header["fortran_order"]
+            found[name[:-4]] = header["descr"], header["shape"], data[10 + length:]
+    return found
+
+
+def numbers_of(found, name):
+    descr, shape, data = found[name]
+    return list(array.array({"<i8": "q", "<f8": "d"}[descr], data))
+
+
+def test_the_symmetric_laplacian_as_scipy_reads_it(server):
+    cloud = harness.sphere(COUNT)
+    doubled = cloud + cloud[:30]  # ten points twice: they are merged
+    for given, filtered in ((cloud, ""), (doubled, ""), (cloud, "&filter=true")):
+        path = "/v1/laplacian?estimator=gmls&system=symmetric&format=npz" + filtered
+        response = server.post(path, harness.ply(harness.floats(given)))
+        assert response.status == 200, response.text[:300]
+        found = arrays_of(response.body)
+        assert found["format"] == ("|S3", (), b"csr"), found["format"]
+        offsets, columns, data, mass, values = (numbers_of(found, name) for name in ("indptr", "indices", "data", "mass", "values"))
+        n = len(mass)
+        assert numbers_of(found, "shape") == [n, n] and len(offsets) == n + 1 and len(numbers_of(found, "kept")) == n
+        assert n == COUNT or filtered and COUNT / 2 < n <= COUNT, n
+        entries = {(i, columns[e]): data[e] for i in range(n) for e in range(offsets[i], offsets[i + 1])}
+        assert len(entries) == offsets[n] == len(data) and all(entries[j, i] == value for (i, j), value in entries.items())
+        assert all((value > 0) == (i == j) for (i, j), value in entries.items()) and min(mass) > 0
+        assert worst([-data[e] / mass[i] for i in range(n) for e in range(offsets[i], offsets[i + 1])], values) < 1e-9 * max(map(abs, values))
+        read_by_scipy(response.body, n)
+
+
+def read_by_scipy(npz, n):
+    code = ("import sys, numpy, scipy.sparse; s = scipy.sparse.load_npz(sys.argv[1]); m = numpy.load(sys.argv[1])['mass']; "
+            "print(s.shape == (%d, %d), abs(s - s.T).max() == 0, abs(s @ numpy.ones(len(m))).max() < 1e-9)" % (n, n))
+    if subprocess.run(["/usr/bin/python3", "-c", "import scipy.sparse"], stderr=subprocess.DEVNULL).returncode != 0:
+        print("skipped: scipy")
+        return
+    with tempfile.NamedTemporaryFile(suffix=".npz") as file:
+        file.write(npz)
+        file.flush()
+        said = subprocess.run(["/usr/bin/python3", "-c", code, file.name], capture_output=True, text=True)
+    assert said.stdout.split() == ["True"] * 3, (said.stdout, said.stderr)
+
+
+def test_the_symmetric_laplacian_as_matrix_market(server):
+    for outputs, kind in (("", "symmetric"), ("&outputs=mass", "symmetric"), ("&outputs=row_offsets,columns,values", "general")):
+        path = "/v1/laplacian?estimator=gmls&system=symmetric&format=mtx" + outputs
+        response = server.post(path, harness.ply(harness.floats(SPHERE)))
+        assert response.status == 200, response.text[:300]
+        assert response.text.splitlines()[0] == "%%MatrixMarket matrix coordinate real " + kind
+    expect_error(server.post("/v1/laplacian?estimator=gmls&outputs=stiffness", harness.ply(harness.floats(SPHERE))), 400,
+                 "invalid_argument", "outputs: got stiffness")
+
+
+def test_a_spectrum_with_fixed_points_and_a_shift(server):
+    mask = "fixed", [COUNT], "BOOL", bytes(z < 0 for z in Z)
+    head, outputs = harness.parse_infer(infer(server, "spectrum", [points(), mask], estimator="gmls", count=3))
+    # half a sphere with its rim held: odd harmonics, l = 1, 2, 2
+    assert worst(outputs["eigenvalues"], [2, 6, 6]) < 0.4, outputs["eigenvalues"]
+    assert all(outputs["eigenvectors"][3 * i] == 0 for i in range(COUNT) if Z[i] < 0)
+    head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=7, shift=12))
+    assert worst(outputs["eigenvalues"], [12] * 7) < 0.2, outputs["eigenvalues"]
+    head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=7, shift=12, system="symmetric"))
+    assert worst(outputs["eigenvalues"], [12] * 7) < 0.5 and not any(outputs["imaginary"]), outputs["eigenvalues"]
 
 
 def test_a_matrix_of_a_filtered_cloud(server):

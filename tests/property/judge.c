@@ -236,7 +236,10 @@ static bool judge_laplacian(const struct gnp_call *call, const struct gnp_respon
 {
 	const struct gnp_tensor *offsets = gnp_tensors_find(&response->outputs, "row_offsets"), *columns = gnp_tensors_find(&response->outputs, "columns"),
 	                        *kept = gnp_tensors_find(&response->outputs, "kept");
+	const struct gnp_tensor *mass = gnp_tensors_find(&response->outputs, "mass");
 	double width = kept ? (double)kept->shape[0] : (double)call->points;
+	if (mass && !judge_between(mass, 1e-300, INFINITY, text))
+		return false;
 	if (!judge_ascending(kept, true, (double)call->points, text) || !judge_ascending(offsets, false, INFINITY, text))
 		return false;
 	if (offsets && columns && gnp_tensor_get(offsets, offsets->shape[0] - 1) != (double)columns->shape[0])
@@ -305,6 +308,10 @@ static bool judge_spectrum(const struct gnp_call *call, const struct gnp_respons
 	for (size_t i = 1; values && i < values->shape[0]; i++)
 		if (gnp_tensor_get(values, i) < gnp_tensor_get(values, i - 1))
 			return wrong(text, "eigenvalues: %g before %g", gnp_tensor_get(values, i - 1), gnp_tensor_get(values, i));
+	const struct gnp_tensor *imaginary = gnp_tensors_find(&response->outputs, "imaginary");
+	bool symmetric = strcmp(report_text(response, "system"), "symmetric") == 0;
+	if (symmetric && ((values && !judge_between(values, 0, INFINITY, text)) || (imaginary && !judge_between(imaginary, 0, 0, text))))
+		return false;
 	return !residual || judge_between(residual, 0, 1.01 * parameter(call, "accuracy"), text);
 }
 
@@ -424,7 +431,8 @@ static bool judge_tensors(const struct gnp_call *call, const struct gnp_response
 bool judge_answer(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
 	bool good = judge_shapes(call, response, text) && judge_parameters(response, text) && judge_tensors(call, response, text) &&
-	            judge_sums(&response->outputs, "values", 0, text) && judge_sums(&response->outputs, "value", 1, text);
+	            judge_sums(&response->outputs, "values", 0, text) && judge_sums(&response->outputs, "stiffness", 0, text) &&
+	            judge_sums(&response->outputs, "value", 1, text);
 	for (size_t i = 0; good && i < sizeof judges / sizeof *judges; i++)
 		if (strcmp(judges[i].operation, call->operation->name) == 0)
 			return judges[i].judge(call, response, text);

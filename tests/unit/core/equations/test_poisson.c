@@ -340,8 +340,8 @@ static void bad_input_is_refused_by_name(void)
 	struct gnp_poisson_options good = options_of(GNP_SYSTEM_SQUARE, GNP_SOLVER_DIRECT), o = good;
 	struct gnp_error error = {0};
 	struct gnp_task task;
-	o.screening = -1;
-	refuse(&cloud, &o, NULL, GNP_INVALID_ARGUMENT, "screening: got -1, need a finite number >= 0");
+	o.screening = -INFINITY;
+	refuse(&cloud, &o, NULL, GNP_INVALID_ARGUMENT, "screening: got -inf, need a finite number");
 	o = good;
 	o.tolerance = 0;
 	refuse(&cloud, &o, NULL, GNP_INVALID_ARGUMENT, "tolerance: got 0, need 1e-14..0.1");

@@ -4,7 +4,7 @@
 
 static struct gnp_pool *pool;
 
-enum { ALL = (1 << GNP_DERIVATIVE_COUNT) - 1 };
+enum { ALL = (1 << GNP_DERIVATIVE_STIFFNESS) - 1 }; /* of collocation */
 
 static struct gnp_laplacian_options options_of(unsigned which)
 {
@@ -180,7 +180,7 @@ static void any_number_of_workers_gives_the_same_bytes(void)
 		CHECK(gnp_pool_create(workers, &some, NULL) == GNP_OK);
 		CHECK(gnp_laplacian_run(&cloud, &options, some, NULL, &again, NULL, NULL) == GNP_OK);
 		CHECK(memcmp(first.column, again.column, first.row_offsets[first.rows] * sizeof *first.column) == 0);
-		for (int d = 0; d < GNP_DERIVATIVE_COUNT; d++)
+		for (int d = 0; d < GNP_DERIVATIVE_STIFFNESS; d++)
 			CHECK(memcmp(first.value[d], again.value[d], first.row_offsets[first.rows] * sizeof(double)) == 0);
 		gnp_collocation_clear(&again);
 		gnp_pool_free(some);

@@ -327,6 +327,76 @@ static void spectrum_is_the_spheres(void)
 	end(&request, &response);
 }
 
+/* Where u is fixed the vectors are 0; of the eigenvalues about a value none is far from it. */
+static void spectrum_has_fixed_points_and_a_shift(void)
+{
+	struct gnp_request request = begin("estimator=gmls count=3 system=symmetric");
+	struct gnp_response response = {0};
+	add_mask(&request, "fixed", COUNT / 2, 1);
+	run_well("spectrum", &request, &response);
+	const struct gnp_tensor *values = output(&response, "eigenvalues", GNP_FP64, 3, 0), *vectors = output(&response, "eigenvectors", GNP_FP64, COUNT, 3);
+	CHECK(values && gnp_tensor_get(values, 0) > 1e-3);
+	for (size_t i = 0; vectors && i < COUNT / 2 * 3; i++)
+		CHECK(gnp_tensor_get(vectors, i) == 0);
+	end(&request, &response);
+	request = begin("estimator=gmls count=5 shift=6 system=symmetric");
+	run_well("spectrum", &request, &response);
+	values = output(&response, "eigenvalues", GNP_FP64, 5, 0);
+	for (size_t e = 0; values && e < 5; e++)
+		CHECK_NEAR(gnp_tensor_get(values, e), 6, 0.1);
+	end(&request, &response);
+}
+
+static const char *line_of(const struct gnp_buffer *file, const char *begin)
+{
+	const char *line = strstr((const char *)file->data, begin);
+	return line ? line + strlen(begin) : "";
+}
+
+/* S is symmetric, with rows that sum to zero; the same as Matrix Market, of which one half is written, and the masses as a diagonal. */
+static void the_symmetric_laplacian_has_its_stiffness_and_masses(void)
+{
+	struct gnp_request request = begin("estimator=gmls system=symmetric");
+	struct gnp_response response = {0};
+	struct gnp_buffer file = {0};
+	run_well("laplacian", &request, &response);
+	const struct gnp_tensor *offsets = output(&response, "row_offsets", GNP_INT64, COUNT + 1, 0), *mass = output(&response, "mass", GNP_FP64, COUNT, 0);
+	size_t entries = offsets ? (size_t)gnp_tensor_get(offsets, COUNT) : 0;
+	const struct gnp_tensor *columns = output(&response, "columns", GNP_INT64, entries, 0), *s = output(&response, "stiffness", GNP_FP64, entries, 0);
+	const struct gnp_tensor *values = output(&response, "values", GNP_FP64, entries, 0);
+	double area = 0, z = 0;
+	for (size_t i = 0; mass && s && columns && values && i < COUNT; i++) {
+		double sum = 0;
+		for (size_t e = (size_t)gnp_tensor_get(offsets, i); e < (size_t)gnp_tensor_get(offsets, i + 1); e++) {
+			size_t j = (size_t)gnp_tensor_get(columns, e);
+			double d = points_of(&request)[3 * i + 2] - points_of(&request)[3 * j + 2];
+			sum += gnp_tensor_get(s, e);
+			z -= gnp_tensor_get(s, e) * d * d / 2;
+			CHECK_NEAR(gnp_tensor_get(values, e), -gnp_tensor_get(s, e) / gnp_tensor_get(mass, i), 1e-9 * fabs(gnp_tensor_get(values, e)));
+		}
+		CHECK_NEAR(sum, 0, 1e-12);
+		area += gnp_tensor_get(mass, i);
+	}
+	CHECK_NEAR(area, 4 * acos(-1), 0.05);
+	CHECK_NEAR(z, 2 * area / 3, 0.05); /* the energy of z is twice its square */
+	CHECK(gnp_file_encode(&gnp_format_mtx, &response.outputs, NULL, &file, NULL) == GNP_OK);
+	gnp_buffer_append(&file, "", 1, NULL);
+	char size[64];
+	snprintf(size, sizeof size, "%d %d %zu\n1 1 ", COUNT, COUNT, (entries + COUNT) / 2);
+	CHECK(strncmp(line_of(&file, "%%MatrixMarket matrix coordinate real symmetric\n"), size, strlen(size)) == 0);
+	gnp_buffer_clear(&file);
+	struct gnp_tensors alone = {0};
+	if (mass)
+		gnp_tensors_add_data(&alone, "mass", GNP_FP64, 1, mass->shape, mass->data, false, NULL, NULL);
+	CHECK(gnp_file_encode(&gnp_format_mtx, &alone, NULL, &file, NULL) == GNP_OK);
+	gnp_buffer_append(&file, "", 1, NULL);
+	snprintf(size, sizeof size, "%d %d %d\n1 1 ", COUNT, COUNT, COUNT);
+	CHECK(strncmp(line_of(&file, "%%MatrixMarket matrix coordinate real symmetric\n"), size, strlen(size)) == 0);
+	gnp_buffer_clear(&file);
+	gnp_tensors_clear(&alone);
+	end(&request, &response);
+}
+
 /* Row sums of the Laplacian are zero, and Delta z = -2 z; the same as Matrix Market. */
 static void laplacian_comes_as_rows_and_as_matrix_market(void)
 {
@@ -441,6 +511,8 @@ int main(int argc, char **argv)
 	static const struct test tests[] = {TEST(poisson_solves_for_harmonics), TEST(a_mean_is_taken_off_and_told), TEST(a_solution_not_to_be_believed_is_told), TEST(screening_and_given_values),
 	                                    TEST(bad_inputs_are_named), TEST(operators_are_kept_between_requests), TEST(every_right_hand_side_is_paid_for), TEST(heat_decays_by_its_law), TEST(sources_at_points_have_their_strength), TEST(heat_keeps_snapshots),
 	                                    TEST(geodesics_are_great_circles), TEST(spectrum_is_the_spheres),
+	                                    TEST(spectrum_has_fixed_points_and_a_shift),
+	                                    TEST(the_symmetric_laplacian_has_its_stiffness_and_masses),
 	                                    TEST(laplacian_comes_as_rows_and_as_matrix_market), TEST(sources_of_any_size_are_solved_for),
 	                                    TEST(a_residual_does_not_depend_on_the_unit_of_length), TEST(what_drowns_in_rounding_is_refused),
 	                                    TEST(a_system_near_singular_is_told)};

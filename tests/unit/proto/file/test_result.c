@@ -193,6 +193,7 @@ static void formats_are_judged_before_the_work(void)
 		{"laplacian", "outputs", "values,columns", &gnp_format_ply, false, "ply: the points have 200 rows, and none of the outputs has"},
 		{"laplacian", "outputs", "values", &gnp_format_mtx, false, "mtx: needs row_offsets, columns and values"},
 		{"laplacian", "", "", &gnp_format_json, true, ""},
+		{"laplacian", "system", "symmetric", &gnp_format_mtx, true, ""},
 		{"spectrum", "", "", &gnp_format_ply, false, ""},
 		{"spectrum", "outputs", "eigenvectors", &gnp_format_ply, true, ""},
 		{"spectrum", "outputs", "eigenvalues", &gnp_format_vtk, false, "vtk: the points have 200 rows, and none of the outputs has"},

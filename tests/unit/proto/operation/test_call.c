@@ -107,8 +107,10 @@ static void too_few_points_are_known_before(void)
 	              "snapshot_points: needs snapshot_every, got 0, need at least 1"},
 	             {"laplacian", "stencil", "14", 300, "stencil: got 14, need 0 or at least 21 for function_degree 5"},
 	             {"laplacian", "k", "12", 11, "points: got 11, need at least 12"},
-	             {"spectrum", "count", "10", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
-	             {"spectrum", "count", "10", 1, "points: got 1, need at least 136"},
+	             {"spectrum", "system", "square", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
+	             {"spectrum", "count", "10", 9, "points: got 9, need at least 10, as many as count"},
+	             {"laplacian", "outputs", "stiffness", 300, "outputs: got stiffness, which system=symmetric alone has"},
+	             {"laplacian", "outputs", "mass", 300, "outputs: got mass, which system=symmetric alone has"},
 	             {"geodesic", "source", "300", 300, "source: got 300, need at most 299"}};
 	for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
 		struct gnp_request request = {0};
