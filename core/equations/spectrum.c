@@ -135,6 +135,20 @@ static const char *why_symmetric(const struct gnp_spectrum_task *asked, const st
 	return few ? "collocation has too few points for so many eigenpairs" : NULL;
 }
 
+/* Beyond this all eigenvalues are equally far. */
+static gnp_status check_shift(const struct gnp_domain *domain, double shift, struct gnp_error *error)
+{
+	static const double most = 1e12;
+	double area = 0;
+	for (size_t i = 0; i < domain->prepared.count; i++)
+		area += domain->area[i] / (double)domain->prepared.count;
+	if (shift * area <= most)
+		return GNP_OK;
+	return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+	                     "shift: got %g, need at most %g, %g over the area of %g that a point stands for", shift,
+	                     most / area, most, area);
+}
+
 /* Takes the domain. */
 static gnp_status run_on_take(const struct gnp_spectrum_task *asked, const struct gnp_poisson_options *options,
                               struct gnp_domain *domain, struct gnp_spectrum *spectrum, struct gnp_error *error)
@@ -187,7 +201,9 @@ gnp_status gnp_spectrum_run(const struct gnp_cloud *cloud, const struct gnp_pois
 	if (status != GNP_OK)
 		return status;
 	asked.sigma = wanted->shift > 0 ? wanted->shift * beside_shift : -asked.first;
-	status = allocate(cloud->count, wanted->count, &spectrum, error);
+	status = check_shift(&domain, wanted->shift, error);
+	if (status == GNP_OK)
+		status = allocate(cloud->count, wanted->count, &spectrum, error);
 	if (status == GNP_OK)
 		status = run_on_take(&asked, options, &domain, &spectrum, error);
 	else

@@ -10,7 +10,8 @@
 struct gnp_spectrum_task {
 	struct gnp_spectrum_wanted wanted;
 	double first;      /* of the size of the first eigenvalue */
-	double sigma;      /* what is inverted is -Delta - sigma: below 0 for the lowest, else nearly the shift */
+	double sigma;      /* what is inverted is -Delta - sigma: below 0 for the lowest, else nearly the shift; the
+	                    * symmetric operator may have one farther off */
 	const unsigned char *fixed; /* (n) in the cloud's order; NULL: nothing is */
 	size_t memory_limit;        /* of a factor [bytes]; 0: none */
 	size_t free_points;         /* at most: of the cloud, less fixed ones */

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/base/select.h"
 #include "core/cells/volume.h"
 #include "core/equations/pieces.h"
 #include "core/equations/spectrum_parts.h"
@@ -183,6 +184,7 @@ struct pencil {
 	double *points;    /* (n, 3) */
 	double *constant;  /* (n) of length 1 */
 	double *left;      /* (BLOCK, n): what a solution leaves, where sigma is above the lowest; else NULL */
+	double sigma;
 	bool floats;       /* nothing of it is next to a fixed point: a constant has the eigenvalue 0 */
 };
 
@@ -205,7 +207,7 @@ static void write_row(const struct work *work, size_t piece, size_t k, struct pe
 	for (bool own = false; e < end || !own;) {
 		if (!own && (e == end || s->column[e] > i)) {
 			matrix->column[at] = (uint32_t)k;
-			matrix->value[at++] = s->diagonal[i] - work->asked->sigma * pencil->mass[k];
+			matrix->value[at++] = s->diagonal[i] - pencil->sigma * pencil->mass[k];
 			own = true;
 			continue;
 		}
@@ -220,10 +222,39 @@ static void write_row(const struct work *work, size_t piece, size_t k, struct pe
 	matrix->row_offsets[k + 1] = at;
 }
 
+/* Below 0 it may be no nearer to 0 than a share of what a closed surface of so many points has for its first
+ * eigenvalue: points far from all others have one that is far less, beside whose inverse the rest would be lost. Above
+ * all eigenvalues, of which twice the largest entry is a bound, it need not be. spare: numbers for each point. */
+static double choose_sigma(const struct work *work, size_t piece, const double *mass, double *spare)
+{
+	static const double share = 1e-4, pi = 3.14159265358979323846;
+	size_t size = size_of(work, piece);
+	double most = 0, sigma = work->asked->sigma;
+	for (size_t k = 0; k < size; k++)
+		most = fmax(most, work->volumes->diagonal[gnp_pieces_point(&work->pieces, piece, k)] / mass[k]);
+	if (sigma > 0)
+		return fmin(sigma, 2.1 * most);
+	memcpy(spare, mass, size * sizeof *spare);
+	return fmin(sigma, -share * 4 * pi / ((double)size * gnp_median(spare, size)));
+}
+
+static void copy_points(const struct work *work, size_t piece, struct pencil *pencil)
+{
+	double all = 0;
+	for (size_t k = 0; k < size_of(work, piece); k++) {
+		size_t i = gnp_pieces_point(&work->pieces, piece, k);
+		pencil->mass[k] = work->domain->area[i];
+		memcpy(pencil->points + 3 * k, work->domain->prepared.points + 3 * i, 3 * sizeof *pencil->points);
+		all += pencil->mass[k];
+	}
+	pencil->sigma = choose_sigma(work, piece, pencil->mass, pencil->constant);
+	for (size_t k = 0; k < size_of(work, piece); k++)
+		pencil->constant[k] = 1 / sqrt(all);
+}
+
 static gnp_status fill_pencil(const struct work *work, size_t piece, struct pencil *pencil, struct gnp_error *error)
 {
 	size_t size = size_of(work, piece), entries = size;
-	double all = 0;
 	for (size_t k = 0; k < size; k++) {
 		size_t i = gnp_pieces_point(&work->pieces, piece, k);
 		entries += work->volumes->start[i + 1] - work->volumes->start[i];
@@ -237,16 +268,10 @@ static gnp_status fill_pencil(const struct work *work, size_t piece, struct penc
 	pencil->left = work->asked->sigma > 0 ? gnp_array_new(size, GNP_LANCZOS_BLOCK * sizeof *pencil->left) : NULL;
 	if (!pencil->mass || !pencil->points || !pencil->constant || (work->asked->sigma > 0 && !pencil->left))
 		return gnp_no_memory("spectrum", size, "points", error);
+	copy_points(work, piece, pencil);
 	pencil->floats = true;
-	for (size_t k = 0; k < size; k++) {
-		size_t i = gnp_pieces_point(&work->pieces, piece, k);
-		pencil->mass[k] = work->domain->area[i];
-		memcpy(pencil->points + 3 * k, work->domain->prepared.points + 3 * i, 3 * sizeof *pencil->points);
-		all += pencil->mass[k];
-		write_row(work, piece, k, pencil);
-	}
 	for (size_t k = 0; k < size; k++)
-		pencil->constant[k] = 1 / sqrt(all);
+		write_row(work, piece, k, pencil);
 	return GNP_OK;
 }
 
@@ -292,7 +317,7 @@ static gnp_status iterate(struct work *work, size_t piece, const struct pencil *
 	double *vector = work->vector + work->numbers;
 	const struct gnp_lanczos system = {
 		.n = size, .wanted = share, .mass = pencil->mass, .apply = apply, .context = pencil,
-		.known = pencil->floats ? pencil->constant : NULL, .known_value = -1 / asked->sigma,
+		.known = pencil->floats ? pencil->constant : NULL, .known_value = -1 / pencil->sigma,
 		.tolerance = asked->wanted.tolerance, .pool = asked->pool, .task = asked->task};
 	double *theta = gnp_array_new(share, 2 * sizeof *theta), *residual = theta ? theta + share : NULL;
 	gnp_status status = theta ? gnp_lanczos_find(&system, theta, vector, residual, &products, error)

@@ -146,7 +146,7 @@ static void draw_cloud(struct draw *draw)
 	if (once_in(draw, 8))
 		set(draw, "scale", "1e%d", once_in(draw, 3) ? (int)below(draw, draw->wild ? 601 : 201) - (draw->wild ? 300 : 100) : (int)below(draw, 41) - 20);
 	if (once_in(draw, 10))
-		set(draw, "shift", "1e%d", (int)below(draw, 9));
+		set(draw, "moved", "1e%d", (int)below(draw, 9));
 	if (once_in(draw, 3))
 		set(draw, "type", "%s", types[below(draw, sizeof types / sizeof *types)]);
 }
