@@ -116,10 +116,13 @@ static size_t memory(const struct gnp_call *call)
 	const struct options *o = gnp_call_options(call);
 	const struct gnp_laplacian_options *core = &o->equation.core.laplacian;
 	size_t entry = sizeof(uint32_t) + sizeof(double) * (size_t)__builtin_popcount(made_of(o));
-	enum { EDGES = 9, STARS = 20 * 12 };
+	enum { EDGES = 9, STARS = 130 };
 	bool weak = core->system == GNP_SYSTEM_SYMMETRIC;
-	size_t row = (weak ? EDGES : gnp_laplacian_neighbors(core)) * entry + (weak ? STARS / 2 : 0) + sizeof(size_t);
+	size_t row = (weak ? EDGES : gnp_laplacian_neighbors(core)) * entry + sizeof(size_t);
 	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), &core->domain.estimate);
+	size_t matrices = gnp_common_memory(call->points, 2 * row + STARS, 0);
+	if (weak) /* no neighbourhoods are left when it is made */
+		return gnp_common_memory(1, gnp_common_cloud_memory(call), estimate > matrices ? estimate : matrices);
 	return gnp_common_memory(call->points, 2 * row + sizeof(double), gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
 }
 

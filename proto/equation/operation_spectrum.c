@@ -1,4 +1,5 @@
 /* The operation `spectrum`: its descriptor, and the way from tensors to gnp_spectrum_run and back. */
+#include <math.h>
 #include <stdlib.h>
 
 #include "core/equations/spectrum.h"
@@ -62,10 +63,23 @@ static size_t rows(const struct gnp_call *call, int64_t extent)
 	return extent == -2 ? (size_t)o->count : GNP_ROWS_OPEN;
 }
 
+/* Of the symmetric system: normals, or the factor and the iteration, whose basis is no more when the answer is made. */
+static size_t symmetric_memory(const struct gnp_call *call, const struct options *o)
+{
+	const struct gnp_laplacian_options *l = &o->equation.core.laplacian;
+	double doubling = o->shift > 0 ? 100 : 70; /* a little above what test_memory_estimates.c measures */
+	size_t normals = gnp_estimate_memory(call->points, gnp_common_given(call), &l->domain.estimate);
+	size_t solve = gnp_common_memory(call->points, (size_t)(300 + doubling * log2((double)call->points + 2)),
+	                                 gnp_spectrum_memory(call->points, (size_t)o->count, l->system));
+	return gnp_common_memory(1, gnp_common_cloud_memory(call), normals > solve ? normals : solve);
+}
+
 /* The iteration, beside an operator that is made; eigenvectors once more in the answer. */
 static size_t memory(const struct gnp_call *call)
 {
 	const struct options *o = gnp_call_options(call);
+	if (o->equation.core.laplacian.system == GNP_SYSTEM_SYMMETRIC)
+		return symmetric_memory(call, o);
 	size_t answer = gnp_common_memory(call->points, (size_t)o->count * sizeof(double), gnp_equation_memory(call, &o->equation, 1));
 	return gnp_common_memory(1, gnp_spectrum_memory(call->points, (size_t)o->count, o->equation.core.laplacian.system),
 	                         answer);

@@ -279,6 +279,7 @@ static void laplacians(void)
 	static const struct run runs[] = {
 		{"laplacian", "estimator=gmls", NULL, 0, false, 1 << EVEN, 40000},
 		{"laplacian", "estimator=gmls outputs=all", NULL, 0, true, 1 << EVEN, 40000},
+		{"laplacian", "estimator=gmls system=symmetric", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"laplacian", "estimator=gmls system=least_squares", NULL, 0, true, 1 << EVEN, 40000}};
 	RUN_ALL(runs);
 }
@@ -300,7 +301,10 @@ static void equations(void)
 		{"geodesic", "estimator=gmls", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"geodesic", "estimator=gmls", "sources", 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"spectrum", "estimator=gmls count=10", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 5000},
-		{"spectrum", "estimator=gmls count=60", NULL, 0, true, 1 << EVEN, 5000}};
+		{"spectrum", "estimator=gmls count=60", NULL, 0, true, 1 << EVEN, 5000},
+		{"spectrum", "estimator=gmls system=symmetric count=10", NULL, 0, true, 1 << EVEN, 40000},
+		{"spectrum", "estimator=gmls system=symmetric count=100", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 20000},
+		{"spectrum", "estimator=gmls system=symmetric count=60 shift=10", NULL, 0, true, 1 << EVEN, 20000}};
 	RUN_ALL(runs);
 }
 
