@@ -11,7 +11,7 @@ set -eu
 
 build='gcc make pkg-config libc6-dev libmicrohttpd-dev libgnutls28-dev libjansson-dev nettle-dev libopenblas-dev libflann-dev libsuitesparse-dev libpng-dev zlib1g-dev libzip-dev libcurl4-openssl-dev'
 demo="$build curl ca-certificates"
-test="$demo python3 python3-numpy openssl"
+test="$demo python3 python3-numpy openssl libarpack2"
 fuzz="$test clang libclang-rt-14-dev"
 peers="$build g++ python3-numpy python3-open3d libpcl-dev libcgal-dev libeigen3-dev npm nodejs"
 lint="$build cppcheck clang-tidy"
