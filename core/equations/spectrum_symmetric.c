@@ -8,11 +8,9 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/base/select.h"
-#include "core/cells/volume.h"
+#include "core/equations/pencil.h"
 #include "core/equations/pieces.h"
 #include "core/equations/spectrum_parts.h"
-#include "core/linear/factor_solve.h"
 #include "core/linear/lanczos.h"
 #include "core/linear/linalg.h"
 #include "core/operators/interpolation.h"
@@ -176,132 +174,8 @@ static gnp_status solve_dense(struct work *work, size_t piece, double *spare, st
 
 /* ---- Large pieces ---- */
 
-/* S - sigma M of one, and what solves with it. */
-struct pencil {
-	struct gnp_csr matrix;
-	struct gnp_factor *factor;
-	double *mass;      /* (n) */
-	double *points;    /* (n, 3) */
-	double *constant;  /* (n) of length 1 */
-	double *left;      /* (BLOCK, n): what a solution leaves, where sigma is above the lowest; else NULL */
-	double sigma;
-	bool floats;       /* nothing of it is next to a fixed point: a constant has the eigenvalue 0 */
-};
-
-static void clear_pencil(struct pencil *pencil)
-{
-	gnp_csr_clear(&pencil->matrix);
-	gnp_factor_free(pencil->factor);
-	free(pencil->mass);
-	free(pencil->points);
-	free(pencil->constant);
-	free(pencil->left);
-}
-
-static void write_row(const struct work *work, size_t piece, size_t k, struct pencil *pencil)
-{
-	const struct gnp_stiffness *s = work->volumes;
-	struct gnp_csr *matrix = &pencil->matrix;
-	size_t i = gnp_pieces_point(&work->pieces, piece, k), at = matrix->row_offsets[k];
-	size_t e = s->start[i], end = s->start[i + 1];
-	for (bool own = false; e < end || !own;) {
-		if (!own && (e == end || s->column[e] > i)) {
-			matrix->column[at] = (uint32_t)k;
-			matrix->value[at++] = s->diagonal[i] - pencil->sigma * pencil->mass[k];
-			own = true;
-			continue;
-		}
-		if (work->pieces.free[s->column[e]]) {
-			matrix->column[at] = work->pieces.local[s->column[e]];
-			matrix->value[at++] = -s->value[e];
-		} else {
-			pencil->floats = false;
-		}
-		e++;
-	}
-	matrix->row_offsets[k + 1] = at;
-}
-
-/* Below 0 it may be no nearer to 0 than a share of what a closed surface of so many points has for its first
- * eigenvalue: points far from all others have one that is far less, beside whose inverse the rest would be lost. Above
- * all eigenvalues, of which twice the largest entry is a bound, it need not be. spare: numbers for each point. */
-static double choose_sigma(const struct work *work, size_t piece, const double *mass, double *spare)
-{
-	static const double share = 1e-4, pi = 3.14159265358979323846;
-	size_t size = size_of(work, piece);
-	double most = 0, sigma = work->asked->sigma;
-	for (size_t k = 0; k < size; k++)
-		most = fmax(most, work->volumes->diagonal[gnp_pieces_point(&work->pieces, piece, k)] / mass[k]);
-	if (sigma > 0)
-		return fmin(sigma, 2.1 * most);
-	memcpy(spare, mass, size * sizeof *spare);
-	return fmin(sigma, -share * 4 * pi / ((double)size * gnp_median(spare, size)));
-}
-
-static void copy_points(const struct work *work, size_t piece, struct pencil *pencil)
-{
-	double all = 0;
-	for (size_t k = 0; k < size_of(work, piece); k++) {
-		size_t i = gnp_pieces_point(&work->pieces, piece, k);
-		pencil->mass[k] = work->domain->area[i];
-		memcpy(pencil->points + 3 * k, work->domain->prepared.points + 3 * i, 3 * sizeof *pencil->points);
-		all += pencil->mass[k];
-	}
-	pencil->sigma = choose_sigma(work, piece, pencil->mass, pencil->constant);
-	for (size_t k = 0; k < size_of(work, piece); k++)
-		pencil->constant[k] = 1 / sqrt(all);
-}
-
-static gnp_status fill_pencil(const struct work *work, size_t piece, struct pencil *pencil, struct gnp_error *error)
-{
-	size_t size = size_of(work, piece), entries = size;
-	for (size_t k = 0; k < size; k++) {
-		size_t i = gnp_pieces_point(&work->pieces, piece, k);
-		entries += work->volumes->start[i + 1] - work->volumes->start[i];
-	}
-	gnp_status status = gnp_csr_allocate(size, size, entries, &pencil->matrix, error);
-	if (status != GNP_OK)
-		return status;
-	pencil->mass = gnp_array_new(size, sizeof *pencil->mass);
-	pencil->points = gnp_array_new(size, 3 * sizeof *pencil->points);
-	pencil->constant = gnp_array_new(size, sizeof *pencil->constant);
-	pencil->left = work->asked->sigma > 0 ? gnp_array_new(size, GNP_LANCZOS_BLOCK * sizeof *pencil->left) : NULL;
-	if (!pencil->mass || !pencil->points || !pencil->constant || (work->asked->sigma > 0 && !pencil->left))
-		return gnp_no_memory("spectrum", size, "points", error);
-	copy_points(work, piece, pencil);
-	pencil->floats = true;
-	for (size_t k = 0; k < size; k++)
-		write_row(work, piece, k, pencil);
-	return GNP_OK;
-}
-
-/* y = (S - sigma M)^-1 M x. */
-static gnp_status apply(const void *context, const double *x, double *y, struct gnp_pool *pool, struct gnp_task *task,
-                        struct gnp_error *error)
-{
-	const struct pencil *pencil = context;
-	size_t n = pencil->matrix.rows;
-	for (size_t c = 0; c < GNP_LANCZOS_BLOCK; c++)
-		for (size_t i = 0; i < n; i++)
-			y[c * n + i] = pencil->mass[i] * x[c * n + i];
-	gnp_status status = gnp_factor_solve(pencil->factor, y, GNP_LANCZOS_BLOCK, pool, task, error);
-	if (!pencil->left)
-		return status;
-	for (size_t c = 0; c < GNP_LANCZOS_BLOCK && status == GNP_OK; c++) { /* indefinite: a step of refinement */
-		double *left = pencil->left + c * n;
-		status = gnp_csr_multiply(&pencil->matrix, y + c * n, left, pool, NULL, error);
-		for (size_t i = 0; i < n; i++)
-			left[i] = pencil->mass[i] * x[c * n + i] - left[i];
-	}
-	if (status == GNP_OK)
-		status = gnp_factor_solve(pencil->factor, pencil->left, GNP_LANCZOS_BLOCK, pool, task, error);
-	for (size_t i = 0; i < GNP_LANCZOS_BLOCK * n && status == GNP_OK; i++)
-		y[i] += pencil->left[i];
-	return status;
-}
-
 /* Unit length to the last digit, after a sum of many vectors. */
-static void normalise(const struct pencil *pencil, double *vector)
+static void normalise(const struct gnp_pencil *pencil, double *vector)
 {
 	double square = 0;
 	for (size_t i = 0; i < pencil->matrix.rows; i++)
@@ -310,13 +184,13 @@ static void normalise(const struct pencil *pencil, double *vector)
 		vector[i] /= sqrt(square);
 }
 
-static gnp_status iterate(struct work *work, size_t piece, const struct pencil *pencil, struct gnp_error *error)
+static gnp_status iterate(struct work *work, size_t piece, const struct gnp_pencil *pencil, struct gnp_error *error)
 {
 	const struct gnp_spectrum_task *asked = work->asked;
 	size_t share = share_of(work, piece), size = size_of(work, piece), products = 0;
 	double *vector = work->vector + work->numbers;
 	const struct gnp_lanczos system = {
-		.n = size, .wanted = share, .mass = pencil->mass, .apply = apply, .context = pencil,
+		.n = size, .wanted = share, .mass = pencil->mass, .apply = gnp_pencil_apply, .context = pencil,
 		.known = pencil->floats ? pencil->constant : NULL, .known_value = -1 / pencil->sigma,
 		.tolerance = asked->wanted.tolerance, .pool = asked->pool, .task = asked->task};
 	double *theta = gnp_array_new(share, 2 * sizeof *theta), *residual = theta ? theta + share : NULL;
@@ -334,15 +208,13 @@ static gnp_status iterate(struct work *work, size_t piece, const struct pencil *
 static gnp_status solve_large(struct work *work, size_t piece, struct gnp_error *error)
 {
 	const struct gnp_spectrum_task *asked = work->asked;
-	struct pencil pencil = {.factor = NULL};
-	gnp_status status = fill_pencil(work, piece, &pencil, error);
-	if (status == GNP_OK)
-		status = gnp_solver_factor(&pencil.matrix, asked->sigma < 0, pencil.points, asked->memory_limit, asked->pool,
-		                           asked->task, NULL, &pencil.factor, error);
+	struct gnp_pencil pencil;
+	gnp_status status = gnp_pencil_make(&work->pieces, piece, work->domain, work->volumes, asked->sigma,
+	                                    asked->memory_limit, asked->pool, asked->task, &pencil, error);
 	gnp_task_stage(asked->task, GNP_STAGE_SOLVE, 0);
 	if (status == GNP_OK)
 		status = iterate(work, piece, &pencil, error);
-	clear_pencil(&pencil);
+	gnp_pencil_clear(&pencil);
 	return status;
 }
 
