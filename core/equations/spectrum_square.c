@@ -109,7 +109,7 @@ static gnp_status start(struct arnoldi *work, struct gnp_error *error)
 	for (size_t k = 0; k < BLOCK && status == GNP_OK; k++) {
 		for (size_t i = 0; i < work->n; i++)
 			work->basis[k * work->n + i] = gnp_random_normal(&random) * !(work->fixed && work->fixed[i]);
-		status = orthogonalise(work, k, work->projected, error); /* these shares are not of the operator and written over */
+		status = orthogonalise(work, k, work->projected, error); /* shares that are written over */
 	}
 	free(free_there);
 	return status;
@@ -235,7 +235,8 @@ static gnp_status write_pairs(struct arnoldi *work, struct gnp_spectrum *out, st
 		out->imaginary[k] = ritz->imaginary;
 		out->residual[k] = ritz->residual;
 		memset(vector, 0, n * sizeof *vector);
-		status = gnp_vectors_add(work->basis, m, n, work->vectors + (ritz->column + ritz->part) * m, 1, work->pool, vector, error);
+		status = gnp_vectors_add(work->basis, m, n, work->vectors + (ritz->column + ritz->part) * m, 1, work->pool,
+		                         vector, error);
 		if (status == GNP_OK)
 			status = gnp_vectors_norm(n, work->weight, vector, work->pool, &length, error);
 		for (size_t i = 0; i < n && status == GNP_OK && length > 0; i++)

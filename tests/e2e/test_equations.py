@@ -158,20 +158,23 @@ def test_the_symmetric_laplacian_as_scipy_reads_it(server):
         assert response.status == 200, response.text[:300]
         found = arrays_of(response.body)
         assert found["format"] == ("|S3", (), b"csr"), found["format"]
-        offsets, columns, data, mass, values = (numbers_of(found, name) for name in ("indptr", "indices", "data", "mass", "values"))
+        offsets, columns, data = (numbers_of(found, name) for name in ("indptr", "indices", "data"))
+        mass, values = numbers_of(found, "mass"), numbers_of(found, "values")
         n = len(mass)
         assert numbers_of(found, "shape") == [n, n] and len(offsets) == n + 1 and len(numbers_of(found, "kept")) == n
         assert n == COUNT or filtered and COUNT / 2 < n <= COUNT, n
         entries = {(i, columns[e]): data[e] for i in range(n) for e in range(offsets[i], offsets[i + 1])}
-        assert len(entries) == offsets[n] == len(data) and all(entries[j, i] == value for (i, j), value in entries.items())
+        assert len(entries) == offsets[n] == len(data)
+        assert all(entries[j, i] == value for (i, j), value in entries.items())
         assert all((value > 0) == (i == j) for (i, j), value in entries.items()) and min(mass) > 0
-        assert worst([-data[e] / mass[i] for i in range(n) for e in range(offsets[i], offsets[i + 1])], values) < 1e-9 * max(map(abs, values))
+        laplacian = [-data[e] / mass[i] for i in range(n) for e in range(offsets[i], offsets[i + 1])]
+        assert worst(laplacian, values) < 1e-9 * max(map(abs, values))
         read_by_scipy(response.body, n)
 
 
 def read_by_scipy(npz, n):
-    code = ("import sys, numpy, scipy.sparse; s = scipy.sparse.load_npz(sys.argv[1]); m = numpy.load(sys.argv[1])['mass']; "
-            "print(s.shape == (%d, %d), abs(s - s.T).max() == 0, abs(s @ numpy.ones(len(m))).max() < 1e-9)" % (n, n))
+    code = ("import sys, numpy, scipy.sparse; s = scipy.sparse.load_npz(sys.argv[1]); "
+            "m = numpy.load(sys.argv[1])['mass']; print(s.shape == (%d, %d), abs(s - s.T).max() == 0, abs(s @ numpy.ones(len(m))).max() < 1e-9)" % (n, n))
     if subprocess.run(["/usr/bin/python3", "-c", "import scipy.sparse"], stderr=subprocess.DEVNULL).returncode != 0:
         print("skipped: scipy")
         return
@@ -183,13 +186,14 @@ def read_by_scipy(npz, n):
 
 
 def test_the_symmetric_laplacian_as_matrix_market(server):
-    for outputs, kind in (("", "symmetric"), ("&outputs=mass", "symmetric"), ("&outputs=row_offsets,columns,values", "general")):
+    parts = "&outputs=row_offsets,columns,values"
+    for outputs, kind in (("", "symmetric"), ("&outputs=mass", "symmetric"), (parts, "general")):
         path = "/v1/laplacian?estimator=gmls&system=symmetric&format=mtx" + outputs
         response = server.post(path, harness.ply(harness.floats(SPHERE)))
         assert response.status == 200, response.text[:300]
         assert response.text.splitlines()[0] == "%%MatrixMarket matrix coordinate real " + kind
-    expect_error(server.post("/v1/laplacian?estimator=gmls&outputs=stiffness", harness.ply(harness.floats(SPHERE))), 400,
-                 "invalid_argument", "outputs: got stiffness")
+    refused = server.post("/v1/laplacian?estimator=gmls&outputs=stiffness", harness.ply(harness.floats(SPHERE)))
+    expect_error(refused, 400, "invalid_argument", "outputs: got stiffness")
 
 
 def test_a_spectrum_with_fixed_points_and_a_shift(server):
@@ -200,7 +204,8 @@ def test_a_spectrum_with_fixed_points_and_a_shift(server):
     assert all(outputs["eigenvectors"][3 * i] == 0 for i in range(COUNT) if Z[i] < 0)
     head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=7, shift=12))
     assert worst(outputs["eigenvalues"], [12] * 7) < 0.2, outputs["eigenvalues"]
-    head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=7, shift=12, system="symmetric"))
+    head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=7, shift=12,
+                                              system="symmetric"))
     assert worst(outputs["eigenvalues"], [12] * 7) < 0.5 and not any(outputs["imaginary"]), outputs["eigenvalues"]
 
 

@@ -334,7 +334,8 @@ static void spectrum_has_fixed_points_and_a_shift(void)
 	struct gnp_response response = {0};
 	add_mask(&request, "fixed", COUNT / 2, 1);
 	run_well("spectrum", &request, &response);
-	const struct gnp_tensor *values = output(&response, "eigenvalues", GNP_FP64, 3, 0), *vectors = output(&response, "eigenvectors", GNP_FP64, COUNT, 3);
+	const struct gnp_tensor *values = output(&response, "eigenvalues", GNP_FP64, 3, 0);
+	const struct gnp_tensor *vectors = output(&response, "eigenvectors", GNP_FP64, COUNT, 3);
 	CHECK(values && gnp_tensor_get(values, 0) > 1e-3);
 	for (size_t i = 0; vectors && i < COUNT / 2 * 3; i++)
 		CHECK(gnp_tensor_get(vectors, i) == 0);
@@ -353,16 +354,19 @@ static const char *line_of(const struct gnp_buffer *file, const char *begin)
 	return line ? line + strlen(begin) : "";
 }
 
-/* S is symmetric, with rows that sum to zero; the same as Matrix Market, of which one half is written, and the masses as a diagonal. */
+/* Rows of S sum to zero, and its energy is that of the sphere; as Matrix Market one half is written, and the masses are
+ * a diagonal. */
 static void the_symmetric_laplacian_has_its_stiffness_and_masses(void)
 {
 	struct gnp_request request = begin("estimator=gmls system=symmetric");
 	struct gnp_response response = {0};
 	struct gnp_buffer file = {0};
 	run_well("laplacian", &request, &response);
-	const struct gnp_tensor *offsets = output(&response, "row_offsets", GNP_INT64, COUNT + 1, 0), *mass = output(&response, "mass", GNP_FP64, COUNT, 0);
+	const struct gnp_tensor *offsets = output(&response, "row_offsets", GNP_INT64, COUNT + 1, 0);
 	size_t entries = offsets ? (size_t)gnp_tensor_get(offsets, COUNT) : 0;
-	const struct gnp_tensor *columns = output(&response, "columns", GNP_INT64, entries, 0), *s = output(&response, "stiffness", GNP_FP64, entries, 0);
+	const struct gnp_tensor *columns = output(&response, "columns", GNP_INT64, entries, 0);
+	const struct gnp_tensor *s = output(&response, "stiffness", GNP_FP64, entries, 0);
+	const struct gnp_tensor *mass = output(&response, "mass", GNP_FP64, COUNT, 0);
 	const struct gnp_tensor *values = output(&response, "values", GNP_FP64, entries, 0);
 	double area = 0, z = 0;
 	for (size_t i = 0; mass && s && columns && values && i < COUNT; i++) {
@@ -372,7 +376,8 @@ static void the_symmetric_laplacian_has_its_stiffness_and_masses(void)
 			double d = points_of(&request)[3 * i + 2] - points_of(&request)[3 * j + 2];
 			sum += gnp_tensor_get(s, e);
 			z -= gnp_tensor_get(s, e) * d * d / 2;
-			CHECK_NEAR(gnp_tensor_get(values, e), -gnp_tensor_get(s, e) / gnp_tensor_get(mass, i), 1e-9 * fabs(gnp_tensor_get(values, e)));
+			double value = gnp_tensor_get(values, e);
+			CHECK_NEAR(value, -gnp_tensor_get(s, e) / gnp_tensor_get(mass, i), 1e-9 * fabs(value));
 		}
 		CHECK_NEAR(sum, 0, 1e-12);
 		area += gnp_tensor_get(mass, i);
