@@ -174,14 +174,19 @@ static gnp_status solve_dense(struct work *work, size_t piece, double *spare, st
 
 /* ---- Large pieces ---- */
 
-/* Unit length to the last digit, after a sum of many vectors. */
-static void normalise(const struct gnp_pencil *pencil, double *vector)
+/* Unit length to the last digit, after a sum of many vectors; where it is the constant, that itself. Returns whether it
+ * is. */
+static bool normalise(const struct gnp_pencil *pencil, double *vector)
 {
-	double square = 0;
-	for (size_t i = 0; i < pencil->matrix.rows; i++)
+	double square = 0, along = 0;
+	for (size_t i = 0; i < pencil->matrix.rows; i++) {
 		square += pencil->mass[i] * vector[i] * vector[i];
+		along += pencil->mass[i] * vector[i] * pencil->constant[i];
+	}
+	bool constant = pencil->floats && fabs(along) > 0.9 * sqrt(square);
 	for (size_t i = 0; i < pencil->matrix.rows; i++)
-		vector[i] /= sqrt(square);
+		vector[i] = constant ? pencil->constant[i] : vector[i] / sqrt(square);
+	return constant;
 }
 
 static gnp_status iterate(struct work *work, size_t piece, const struct gnp_pencil *pencil, struct gnp_error *error)
@@ -198,8 +203,10 @@ static gnp_status iterate(struct work *work, size_t piece, const struct gnp_penc
 	                          : gnp_no_memory("spectrum", share, "eigenvalues", error);
 	work->solves += products;
 	for (size_t k = 0; k < share && status == GNP_OK; k++) {
-		normalise(pencil, vector + k * size);
+		bool constant = normalise(pencil, vector + k * size);
 		add_candidate(work, piece, residual[k]);
+		if (constant)
+			work->candidate[work->candidates - 1].value = 0;
 	}
 	free(theta);
 	return status;

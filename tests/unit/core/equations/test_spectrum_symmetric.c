@@ -225,6 +225,27 @@ static void a_shift_finds_those_about_it(void)
 	}
 }
 
+/* Where the shift is far from 0, many of those about it are nearly one: each comes once, as among the lowest. */
+static void clusters_about_a_shift_are_complete(void)
+{
+	enum { LOWEST = 121, FEW = 20, CLUSTER = 21 };
+	static struct made cloud;
+	add_sphere(&cloud, 14, 0);
+	struct gnp_spectrum lowest = spectrum_of(&cloud, LOWEST);
+	struct gnp_spectrum about = spectrum_with(&cloud, GNP_SYSTEM_SYMMETRIC, NULL, FEW, 99, pool);
+	size_t first = LOWEST - CLUSTER;
+	CHECK(lowest.value[first] > 105 && lowest.value[first - 1] < 92);
+	for (size_t k = 0; k < FEW; k++) {
+		double off = INFINITY;
+		for (size_t j = 0; j < LOWEST; j++)
+			off = fmin(off, fabs(about.value[k] - lowest.value[j]));
+		CHECK_AT_MOST(off, 1e-7 * about.value[k]);
+	}
+	check_pairs(&cloud, &about);
+	gnp_spectrum_clear(&lowest);
+	gnp_spectrum_clear(&about);
+}
+
 static void one_worker_and_several_give_the_same_bytes(void)
 {
 	static struct made cloud;
@@ -364,6 +385,7 @@ int main(int argc, char **argv)
 		TEST(iteration_and_dense_matrices_agree),
 		TEST(fixed_rims_have_dirichlets_eigenvalues),
 		TEST(a_shift_finds_those_about_it),
+		TEST(clusters_about_a_shift_are_complete),
 		TEST(one_worker_and_several_give_the_same_bytes),
 		TEST(what_is_not_there_is_refused),
 		TEST(arpack_finds_the_same),
