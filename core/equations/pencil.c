@@ -114,7 +114,8 @@ gnp_status gnp_pencil_make(const struct gnp_pieces *pieces, size_t piece, const 
 	copy_points(&making, sigma, out);
 	for (size_t k = 0; k < making.size; k++)
 		write_row(&making, k, out);
-	return gnp_solver_factor(&out->matrix, sigma <= 0, out->points, memory_limit, pool, task, NULL, &out->factor, error);
+	return gnp_solver_factor(&out->matrix, sigma <= 0, out->points, memory_limit, pool, task, NULL, &out->factor,
+	                         error);
 }
 
 /* An indefinite factor has not the accuracy of a definite one: a step of refinement. */

@@ -21,7 +21,7 @@ struct basis {
 	size_t products;
 	struct gnp_random random;
 	double *vector;    /* (rows, n) orthonormal by the masses */
-	double *matrix;    /* (rows, rows) column by column: of A in the basis, in columns of vectors that it has been applied to */
+	double *matrix;    /* (rows, rows) of A in the basis, column by column: those of vectors that it has been applied to */
 	double *share;     /* (rows, BLOCK) column by column */
 	double *ritz;      /* (size, size) vectors in the basis, a column each */
 	double *theta;     /* (size) ascending */

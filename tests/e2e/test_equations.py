@@ -174,7 +174,8 @@ def test_the_symmetric_laplacian_as_scipy_reads_it(server):
 
 def read_by_scipy(npz, n):
     code = ("import sys, numpy, scipy.sparse; s = scipy.sparse.load_npz(sys.argv[1]); "
-            "m = numpy.load(sys.argv[1])['mass']; print(s.shape == (%d, %d), abs(s - s.T).max() == 0, abs(s @ numpy.ones(len(m))).max() < 1e-9)" % (n, n))
+            "m = numpy.load(sys.argv[1])['mass']; print(s.shape == (%d, %d), abs(s - s.T).max() == 0, "
+            "abs(s @ numpy.ones(len(m))).max() < 1e-9)" % (n, n))
     if subprocess.run(["/usr/bin/python3", "-c", "import scipy.sparse"], stderr=subprocess.DEVNULL).returncode != 0:
         print("skipped: scipy")
         return

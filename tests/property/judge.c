@@ -433,8 +433,8 @@ static bool judge_tensors(const struct gnp_call *call, const struct gnp_response
 bool judge_answer(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
 	bool good = judge_shapes(call, response, text) && judge_parameters(response, text) && judge_tensors(call, response, text) &&
-	            judge_sums(&response->outputs, "values", 0, text) && judge_sums(&response->outputs, "stiffness", 0, text) &&
-	            judge_sums(&response->outputs, "value", 1, text);
+	            judge_sums(&response->outputs, "values", 0, text) &&
+	            judge_sums(&response->outputs, "stiffness", 0, text) && judge_sums(&response->outputs, "value", 1, text);
 	for (size_t i = 0; good && i < sizeof judges / sizeof *judges; i++)
 		if (strcmp(judges[i].operation, call->operation->name) == 0)
 			return judges[i].judge(call, response, text);

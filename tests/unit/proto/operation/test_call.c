@@ -107,7 +107,7 @@ static void too_few_points_are_known_before(void)
 	              "snapshot_points: needs snapshot_every, got 0, need at least 1"},
 	             {"laplacian", "stencil", "14", 300, "stencil: got 14, need 0 or at least 21 for function_degree 5"},
 	             {"laplacian", "k", "12", 11, "points: got 11, need at least 12"},
-	             {"spectrum", "system", "square", 135, "points: got 135, need at least 136, 4 count + 96 where count is 10"},
+	             {"spectrum", "system", "square", 135, "points: got 135, need at least 136, 4 count + 96"},
 	             {"spectrum", "count", "10", 9, "points: got 9, need at least 10, as many as count"},
 	             {"laplacian", "outputs", "stiffness", 300, "outputs: got stiffness, which system=symmetric alone has"},
 	             {"laplacian", "outputs", "mass", 300, "outputs: got mass, which system=symmetric alone has"},
