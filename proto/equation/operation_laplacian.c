@@ -91,15 +91,12 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	return status;
 }
 
-/* A row of the matrix for each point, and a column as well where the system is square and all points are left. */
+/* A row of the matrix for each point; a column for each that is left by filters, least squares and copies. */
 static size_t rows(const struct gnp_call *call, int64_t extent)
 {
-	const struct gnp_equation_options *o = gnp_call_options(call);
 	if (extent == -4)
 		return GNP_ROWS_OTHER; /* a stencil a row */
-	if (extent == -3)
-		return call->points + 1;
-	return !o->filter && o->core.laplacian.system != GNP_SYSTEM_LEAST_SQUARES ? call->points : GNP_ROWS_OPEN;
+	return extent == -3 ? call->points + 1 : GNP_ROWS_OPEN;
 }
 
 /* What is made: a matrix at least, for its sparsity. */
