@@ -35,7 +35,8 @@ static void carry_vector(const struct gnp_carried *carried, const double *normal
 		           carried->vector + 3 * (size_t)to);
 }
 
-void gnp_carry_along(const struct gnp_carried *carried, const double *points, const double *normals, uint32_t from, uint32_t to)
+void gnp_carry_along(const struct gnp_carried *carried, const double *points, const double *normals, uint32_t from,
+                     uint32_t to)
 {
 	carry_vector(carried, normals, from, to);
 	if (!carried->start)
@@ -72,10 +73,11 @@ void gnp_carry_between(const struct gnp_carried *carried, const double *normals,
 	}
 }
 
-void gnp_carry_turned(const struct gnp_carried *carried, const double *normals, uint32_t from, double angle, uint32_t source,
-                      uint32_t to)
+void gnp_carry_turned(const struct gnp_carried *carried, const double *normals, uint32_t from, double angle,
+                      uint32_t source, uint32_t to)
 {
 	carry_vector(carried, normals, from, to);
 	if (carried->start)
-		turn_about(normals + 3 * (size_t)source, angle, carried->start + 3 * (size_t)from, carried->start + 3 * (size_t)to);
+		turn_about(normals + 3 * (size_t)source, angle, carried->start + 3 * (size_t)from,
+		           carried->start + 3 * (size_t)to);
 }

@@ -113,8 +113,8 @@ static void carry(struct front *front, const struct plane *plane, const double c
 	double to_a = atan2(-centre[1], -centre[0]), to_b = atan2(-centre[1], plane->base - centre[0]);
 	double to_i = atan2(plane->y - centre[1], plane->x - centre[0]), axis[3];
 	if (both) {
-		gnp_carry_between(front->carried, front->normals, (uint32_t[]){plane->a, plane->b}, (to_a - to_i) / (to_a - to_b), source,
-		                  plane->i);
+		gnp_carry_between(front->carried, front->normals, (uint32_t[]){plane->a, plane->b},
+		                  (to_a - to_i) / (to_a - to_b), source, plane->i);
 		return;
 	}
 	gnp_cross(plane->axis[0], plane->axis[1], axis);

@@ -7,7 +7,8 @@
 
 static const uint32_t nowhere = UINT32_MAX;
 
-gnp_status gnp_queue_init(struct gnp_queue *queue, double *key, size_t count, const char *what, struct gnp_error *error)
+gnp_status gnp_queue_init(struct gnp_queue *queue, double *key, size_t count, const char *what,
+                          struct gnp_error *error)
 {
 	*queue = (struct gnp_queue){.key = key, .heap = gnp_array_new(count, 2 * sizeof *queue->heap)};
 	if (!queue->heap)

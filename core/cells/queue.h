@@ -16,7 +16,8 @@ struct gnp_queue {
 };
 
 /* An empty queue over key (count), which becomes INFINITY. GNP_OUT_OF_MEMORY, which names what it is for. */
-gnp_status gnp_queue_init(struct gnp_queue *queue, double *key, size_t count, const char *what, struct gnp_error *error);
+gnp_status gnp_queue_init(struct gnp_queue *queue, double *key, size_t count, const char *what,
+                          struct gnp_error *error);
 void gnp_queue_clear(struct gnp_queue *queue);
 
 /* Lowers the point's key to `offered` where that is less, and queues the point; whether it was. */

@@ -179,7 +179,8 @@ static gnp_status take_tangential(const struct gnp_geodesic *geodesic, const uin
 		for (size_t c = 0; c < 3; c++) {
 			double part = vectors[3 * (size_t)sources[s] + c];
 			if (!isfinite(part))
-				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "vectors: got %g at point %u, need finite numbers", part, sources[s]);
+				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "vectors: got %g at point %u, need finite numbers",
+				                     part, sources[s]);
 			*largest = fmax(*largest, fabs(part));
 		}
 	*largest = *largest > 0 ? *largest : 1;
@@ -194,7 +195,8 @@ static gnp_status take_tangential(const struct gnp_geodesic *geodesic, const uin
 }
 
 gnp_status gnp_geodesic_parallel(const struct gnp_geodesic *geodesic, const uint32_t *sources, size_t count,
-                                 const double *vectors, struct gnp_task *task, double *parallel, struct gnp_error *error)
+                                 const double *vectors, struct gnp_task *task, double *parallel,
+                                 struct gnp_error *error)
 {
 	size_t n = geodesic->domain.prepared.count;
 	uint32_t *placed = NULL;

@@ -58,8 +58,9 @@ static void lengthen(const double *line, size_t count, double *distance, struct 
 	}
 	if (below > below_most * lines)
 		gnp_warnings_add(warnings, GNP_WARNING_DISTANCE,
-		                 "they were shorter than the straight line to the nearest source, by %.3g %% of it on average, more "
-		                 "than %g %%: not to be believed, the points are too uneven", 100 * below / lines, 100 * below_most);
+		                 "they were shorter than the straight line to the nearest source, by %.3g %% of it on average, "
+		                 "more than %g %%: not to be believed, the points are too uneven",
+		                 100 * below / lines, 100 * below_most);
 }
 
 gnp_status gnp_geodesic_check(const struct gnp_prepared *prepared, const uint32_t *sources, size_t count,

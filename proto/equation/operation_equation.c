@@ -81,7 +81,8 @@ size_t gnp_equation_memory(const struct gnp_call *call, const struct gnp_equatio
 size_t gnp_equation_distance_memory(const struct gnp_call *call, const struct gnp_equation_options *options)
 {
 	enum { TRIANGLES = 200 }; /* what there is of them beside what a domain takes while it is made; a front has less */
-	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), &options->core.laplacian.domain.estimate);
+	const struct gnp_estimate_options *o = &options->core.laplacian.domain.estimate;
+	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), o);
 	return gnp_common_memory(call->points, TRIANGLES, gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
 }
 

@@ -32,9 +32,10 @@ static const struct gnp_tensor_info outputs[] = {
 	[PARALLEL] = {"parallel", GNP_FP64, 2, {-1, 3}, true,
 	              "the nearest source's vector, carried along the shortest way in parallel; zero where none leads"},
 	[LOG] = {"log", GNP_FP64, 2, {-1, 2}, true,
-	         "in which direction the shortest way from the source sets out, times its length [length], in the basis; zero "
-	         "where none leads"},
-	[BASIS] = {"basis", GNP_FP64, 2, {2, 3}, true, "of log: two unit vectors tangent at the source, a right-handed frame with its normal"},
+	         "in which direction the shortest way from the source sets out, times its length [length], in the basis; "
+	         "zero where none leads"},
+	[BASIS] = {"basis", GNP_FP64, 2, {2, 3}, true,
+	           "of log: two unit vectors tangent at the source, a right-handed frame with its normal"},
 };
 
 static const struct gnp_parameter parameters[] = {
@@ -211,7 +212,8 @@ static gnp_status answer_log(const struct asked *asked, struct gnp_error *error)
 	double basis[2][3];
 	gnp_status status = add(asked, LOG, asked->points, &log, error);
 	if (status == GNP_OK)
-		status = gnp_geodesic_log(asked->geodesic, asked->sources[0], asked->pool, asked->task, log->data, basis, error);
+		status = gnp_geodesic_log(asked->geodesic, asked->sources[0], asked->pool, asked->task, log->data, basis,
+		                          error);
 	return status == GNP_OK ? gnp_common_add_copy(asked->outputs, &outputs[BASIS], 2, basis, error) : status;
 }
 
@@ -260,7 +262,8 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	if (status == GNP_OK)
 		status = gnp_equation_get(call, &kind, &o->equation, &cloud, pool, task, &entry, &found, error);
 	if (status == GNP_OK) {
-		const struct asked asked = {gnp_prepared_object(entry), sources, cloud.count, count, &response->outputs, pool, task};
+		const struct asked asked = {gnp_prepared_object(entry), sources, cloud.count, count, &response->outputs, pool,
+		                            task};
 		status = answer(&asked, call, pairs, pair_count, error);
 	}
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
@@ -273,5 +276,6 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	return status;
 }
 
-GNP_OPERATION(geodesic, "Distances along the surface of a cloud from a set of its points, parallel transport and the log map.",
+GNP_OPERATION(geodesic,
+              "Distances along the surface of a cloud from a set of its points, parallel transport and the log map.",
               .resolve = gnp_equation_resolve);

@@ -372,8 +372,8 @@ static double straight(const struct gnp_tensor *points, size_t i, size_t j)
 }
 
 /* Both points of a pair are as far from each other as straight, at least. */
-static bool judge_pairs(const struct gnp_tensor *points, const struct gnp_tensor *pairs, const struct gnp_tensor *distance,
-                        char text[JUDGE_TEXT])
+static bool judge_pairs(const struct gnp_tensor *points, const struct gnp_tensor *pairs,
+                        const struct gnp_tensor *distance, char text[JUDGE_TEXT])
 {
 	for (size_t p = 0; p < distance->shape[0]; p++) {
 		size_t from = (size_t)gnp_tensor_get(pairs, 2 * p), to = (size_t)gnp_tensor_get(pairs, 2 * p + 1);
@@ -389,7 +389,8 @@ static bool judge_log(const struct gnp_tensor *log, const struct gnp_tensor *bas
                       char text[JUDGE_TEXT])
 {
 	for (size_t i = 0; distance && i < log->shape[0]; i++) {
-		double length = hypot(gnp_tensor_get(log, 2 * i), gnp_tensor_get(log, 2 * i + 1)), way = gnp_tensor_get(distance, i);
+		double length = hypot(gnp_tensor_get(log, 2 * i), gnp_tensor_get(log, 2 * i + 1));
+		double way = gnp_tensor_get(distance, i);
 		if (!(isinf(way) ? length == 0 : fabs(length - way) <= 1e-6 * way))
 			return wrong(text, "log: point %zu has the length %g, the way has %g", i, length, way);
 	}
@@ -418,7 +419,7 @@ static bool judge_geodesic(const struct gnp_call *call, const struct gnp_respons
 		source = gnp_tensor_get(distance, i) == 0 ? i : n;
 	for (size_t i = 0; i < n && source < n; i++)
 		if (!(gnp_tensor_get(distance, i) >= (1 - 1e-9) * straight(points, i, source)))
-			return wrong(text, "distance: %g at point %zu, less than the straight line", gnp_tensor_get(distance, i), i);
+			return wrong(text, "distance: %g at point %zu, less than straight", gnp_tensor_get(distance, i), i);
 	return source < n || wrong(text, "distance: nowhere 0");
 }
 

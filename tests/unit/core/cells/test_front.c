@@ -46,6 +46,7 @@ static void reorder(const struct ground *ground, size_t width, double *values)
 /* From the points that are marked (count, in the caller's order), each with a vector that points along the axis. */
 static void spread(struct ground *ground, const unsigned char *source, const double along[3])
 {
+	const double *normals = ground->prepared.normals;
 	uint32_t *sources = malloc(ground->count * sizeof *sources);
 	const struct gnp_carried carried = {ground->vector, ground->start};
 	size_t found = 0;
@@ -54,9 +55,10 @@ static void spread(struct ground *ground, const unsigned char *source, const dou
 			continue;
 		sources[found++] = i;
 		for (size_t c = 0; c < 3; c++)
-			ground->vector[3 * i + c] = along[c] - gnp_dot(along, ground->prepared.normals + 3 * i) * ground->prepared.normals[3 * i + c];
+			ground->vector[3 * i + c] = along[c] - gnp_dot(along, normals + 3 * i) * normals[3 * i + c];
 	}
-	CHECK(gnp_front_find(&ground->prepared, &ground->shared, sources, found, &carried, NULL, NULL, ground->distance, NULL) == GNP_OK);
+	CHECK(gnp_front_find(&ground->prepared, &ground->shared, sources, found, &carried, NULL, NULL, ground->distance,
+	                     NULL) == GNP_OK);
 	reorder(ground, 1, ground->distance);
 	reorder(ground, 3, ground->vector);
 	reorder(ground, 3, ground->start);
@@ -194,7 +196,7 @@ static void ways_lead_around_walls(void)
 			source = i;
 	}
 	const double *o = points + 3 * source;
-	static const double ends[2][2] = {{143.0 / 299, 210.0 / 299}, {156.0 / 299, 210.0 / 299}}; /* points that are left */
+	static const double ends[2][2] = {{143.0 / 299, 210.0 / 299}, {156.0 / 299, 210.0 / 299}};
 	for (size_t i = 0; i < count; i++) {
 		const double *p = points + 3 * i;
 		double first = hypot(ends[0][0] - o[0], ends[0][1] - o[1]);
@@ -207,7 +209,8 @@ static void ways_lead_around_walls(void)
 	struct ground ground;
 	lay(&ground, count, points, points + 3 * MANY);
 	spread_from(&ground, source, east);
-	CHECK_AT_MOST(mean_error(ground.distance, want, count), 0.015); /* triangles round the wall's corners by a few spacings */
+	/* triangles round the wall's corners by a few spacings */
+	CHECK_AT_MOST(mean_error(ground.distance, want, count), 0.015);
 	clear(&ground);
 	free(want);
 	free(points);
@@ -222,7 +225,8 @@ static void a_cylinder_unrolls(void)
 		flat[i][0] = i ? 6.283185307179586 * draw() - 3.141592653589793 : 0;
 		flat[i][1] = i ? 2 * draw() - 1 : 0;
 		for (size_t k = 0; k < 2; k++)
-			memcpy(points + 3 * (k * COUNT + i), (double[]){cos(flat[i][0]), sin(flat[i][0]), k ? 0 : flat[i][1]}, 3 * sizeof *points);
+			memcpy(points + 3 * (k * COUNT + i), (double[]){cos(flat[i][0]), sin(flat[i][0]), k ? 0 : flat[i][1]},
+			       3 * sizeof *points);
 	}
 	struct ground ground;
 	lay(&ground, COUNT, points, points + 3 * COUNT);
@@ -259,7 +263,8 @@ static void vectors_go_along_great_circles(void)
 	double off[3] = {0}, worst = 0, far = 0;
 	for (size_t i = 1; i < COUNT; i++) {
 		const double *p = sample.points + 3 * i;
-		double v[3], start[3], cosine = gnp_dot(o, p), part = (gnp_dot(p, along) - gnp_dot(o, along) * cosine) / (1 + cosine);
+		double v[3], start[3], cosine = gnp_dot(o, p);
+		double part = (gnp_dot(p, along) - gnp_dot(o, along) * cosine) / (1 + cosine);
 		if (angle_between(o, p) > 2.8)
 			continue;
 		for (int c = 0; c < 3; c++) {
@@ -289,7 +294,8 @@ static void a_front_ends_at_its_goals(void)
 	const uint32_t source = 17, goals[] = {18, 400, 900, 17};
 	const struct gnp_front_goals given = {goals, 4, 2 * gnp_fans_longest_edge(&ground.shared, &ground.prepared)};
 	CHECK(gnp_front_find(&ground.prepared, &ground.shared, &source, 1, NULL, NULL, NULL, all, NULL) == GNP_OK);
-	CHECK(gnp_front_find(&ground.prepared, &ground.shared, &source, 1, NULL, &given, NULL, ground.distance, NULL) == GNP_OK);
+	CHECK(gnp_front_find(&ground.prepared, &ground.shared, &source, 1, NULL, &given, NULL, ground.distance,
+	                     NULL) == GNP_OK);
 	for (size_t g = 0; g < 4; g++)
 		CHECK(ground.distance[goals[g]] == all[goals[g]]);
 	size_t reached = 0;

@@ -12,7 +12,8 @@ static void the_least_comes_first(void)
 	for (size_t i = 0; i < COUNT; i++)
 		CHECK(isinf(key[i]) && gnp_queue_offer(&queue, (uint32_t)i, (double)(i * 7919 % 5003)));
 	for (size_t i = 0; i < COUNT; i += 3)
-		CHECK(gnp_queue_offer(&queue, (uint32_t)i, key[i] / 2 - 1) && !gnp_queue_offer(&queue, (uint32_t)i, key[i] + 1));
+		CHECK(gnp_queue_offer(&queue, (uint32_t)i, key[i] / 2 - 1) &&
+		      !gnp_queue_offer(&queue, (uint32_t)i, key[i] + 1));
 	CHECK(queue.used == COUNT);
 	memcpy(sorted, key, sizeof sorted);
 	qsort(sorted, COUNT, sizeof *sorted, gnp_double_compare);

@@ -93,21 +93,24 @@ static void pairs_have_the_distance_from_one_of_them(void)
 	CHECK(got[0][0] == 0 && gnp_geodesic_pairs(geodesic, NULL, 0, pool, NULL, got[0], NULL) == GNP_OK);
 	struct gnp_error error = {0};
 	pairs[5][1] = N;
-	CHECK(gnp_geodesic_pairs(geodesic, (const uint32_t(*)[2])pairs, PAIRS, pool, NULL, got[0], &error) == GNP_INVALID_ARGUMENT);
+	CHECK(gnp_geodesic_pairs(geodesic, (const uint32_t(*)[2])pairs, PAIRS, pool, NULL, got[0],
+	                         &error) == GNP_INVALID_ARGUMENT);
 	CHECK_STRING(error.text, "pairs[5]: got point 4000, the cloud has 4000");
 	gnp_geodesic_free(geodesic);
 	gnp_sample_clear(&sample);
 	free(distance);
 }
 
-/* On a sphere the log of a point is its great circle's direction and length; a vector keeps its angle with that circle. */
+/* On a sphere the log of a point is its great circle's direction and length; a vector keeps its angle with that
+ * circle. */
 static void the_log_map_is_as_long_as_the_way(void)
 {
 	enum { N = 5000, SOURCE = 40 };
 	struct gnp_sample sample = sample_of("sphere", &(struct gnp_sample_options){.count = N, .seed = 7}, pool);
 	struct gnp_cloud cloud = {N, sample.points, sample.normals};
 	struct gnp_geodesic *geodesic = create(&cloud);
-	double *distance = malloc(9 * N * sizeof *distance), *log = distance + N, *vectors = log + 2 * N, *parallel = vectors + 3 * N;
+	double *distance = malloc(9 * N * sizeof *distance), *log = distance + N;
+	double *vectors = log + 2 * N, *parallel = vectors + 3 * N;
 	double basis[2][3], off[2] = {0};
 	const double *o = sample.points + 3 * SOURCE;
 	CHECK(gnp_geodesic_distance(geodesic, &(uint32_t){SOURCE}, 1, pool, NULL, distance, NULL) == GNP_OK);
@@ -154,7 +157,8 @@ static void sources_that_are_none_are_refused(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(distances_on_a_sphere_are_great_circles), TEST(parts_without_a_source_are_out_of_reach),
-	                                    TEST(pairs_have_the_distance_from_one_of_them), TEST(the_log_map_is_as_long_as_the_way),
+	                                    TEST(pairs_have_the_distance_from_one_of_them),
+	                                    TEST(the_log_map_is_as_long_as_the_way),
 	                                    TEST(sources_that_are_none_are_refused)};
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)

@@ -148,7 +148,8 @@ static void add_pairs(struct gnp_request *request)
 {
 	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
 	struct gnp_tensor *tensor;
-	CHECK(gnp_tensors_add(&request->inputs, "pairs", GNP_INT64, 2, (size_t[]){points->shape[0], 2}, &tensor, NULL) == GNP_OK);
+	const size_t shape[] = {points->shape[0], 2};
+	CHECK(gnp_tensors_add(&request->inputs, "pairs", GNP_INT64, 2, shape, &tensor, NULL) == GNP_OK);
 	for (size_t i = 0; i < points->shape[0]; i++) {
 		((int64_t *)tensor->data)[2 * i] = (int64_t)i;
 		((int64_t *)tensor->data)[2 * i + 1] = (int64_t)(i % 20);
