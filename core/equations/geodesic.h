@@ -3,8 +3,8 @@
  *
  * The heat method (Crane, Weischedel & Wardetzky 2013) smears over a mean spacing what a front keeps sharp: the rims
  * where fronts of different sources meet, and the sources' own surroundings. Parallel transport and the log map are
- * those of the vector heat method (Sharp, Soliman & Crane 2019), with the connection that turns tangent planes as the
- * normals turn. */
+ * what the vector heat method (Sharp, Soliman & Crane 2019) tends to as its time does to zero: along the shortest way
+ * alone, tangent planes turning as the normals turn (carry.h). */
 #ifndef GNP_CORE_GEODESIC_H
 #define GNP_CORE_GEODESIC_H
 
