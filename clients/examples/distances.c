@@ -26,7 +26,7 @@ int main(int argc, char **argv)
 		status = gnp_sample_create(shape, &sampling, pool, NULL, &sample, &error);
 	const struct gnp_cloud cloud = {.count = sample.count, .points = sample.points, .normals = sample.normals};
 	const struct gnp_domain_options options = gnp_laplacian_defaults().domain;
-	/* The factors are made once, for any number of sources. */
+	/* The triangles are made once, for any number of sources. */
 	if (status == GNP_OK)
 		status = gnp_geodesic_create(&cloud, &options, pool, NULL, &geodesic, &error);
 	if (status == GNP_OK && !(distance = malloc(cloud.count * sizeof *distance)))

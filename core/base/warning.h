@@ -33,7 +33,7 @@
 	X(GNP_WARNING_ENERGY, "energy", "a solution that a second discretisation does not confirm")                                  \
 	X(GNP_WARNING_EIGENVALUES, "eigenvalues", "negative or complex eigenvalues, or such as a second discretisation does not have") \
 	X(GNP_WARNING_HEAT, "heat", "heat beyond the range of what it began with, or more or less of it in all")                                                   \
-	X(GNP_WARNING_DISTANCE, "distance", "distances shorter than the straight line, or longer than a path over neighbours")
+	X(GNP_WARNING_DISTANCE, "distance", "distances that were shorter than the straight line")
 
 enum gnp_warning_kind {
 #define GNP_WARNING_ENUM(id, name, help) id,

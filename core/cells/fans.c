@@ -1,9 +1,12 @@
 #include "core/cells/fans.h"
 
+#include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/base/vector.h"
 #include "core/cells/star.h"
 
 enum { POINTS_A_CHUNK = 512, MOST = 20 }; /* triangles of a point */
@@ -67,6 +70,140 @@ gnp_status gnp_fans_make(const struct gnp_prepared *prepared, struct gnp_pool *p
 	free(work.corner);
 	free(work.made);
 	return status;
+}
+
+/* ---- Shared triangles ---- */
+
+struct sharing {
+	const struct gnp_prepared *prepared;
+	struct gnp_fans fans;  /* with gaps: made of each point's are there */
+	uint32_t *made, *kept; /* (count) */
+	unsigned char *stars;  /* for each triangle: how many of the three stars have it */
+};
+
+static void add_once(struct sharing *sharing, size_t i, uint32_t a, uint32_t b)
+{
+	size_t t = sharing->fans.start[i], end = t + sharing->made[i];
+	for (; t < end; t++)
+		if (sharing->fans.corner[t][0] == a && sharing->fans.corner[t][1] == b)
+			break;
+	sharing->made[i] += t == end;
+	sharing->fans.corner[t][0] = a;
+	sharing->fans.corner[t][1] = b;
+	sharing->stars[t]++;
+}
+
+/* start (count + 1, zero): where each point's triangles begin, were no two the same. */
+static void count_all(const struct gnp_fans *fans, size_t *start)
+{
+	for (size_t i = 0; i < fans->count; i++)
+		for (size_t t = fans->start[i]; t < fans->start[i + 1]; t++) {
+			start[i + 1]++;
+			start[fans->corner[t][0] + 1]++;
+			start[fans->corner[t][1] + 1]++;
+		}
+	for (size_t i = 0; i < fans->count; i++)
+		start[i + 1] += start[i];
+}
+
+static void share_all(const struct gnp_fans *fans, struct sharing *sharing)
+{
+	for (uint32_t i = 0; i < fans->count; i++)
+		for (size_t t = fans->start[i]; t < fans->start[i + 1]; t++) {
+			uint32_t a = fans->corner[t][0], b = fans->corner[t][1];
+			add_once(sharing, i, a, b);
+			add_once(sharing, a, b, i);
+			add_once(sharing, b, i, a);
+		}
+}
+
+/* Faces away from a corner's normal by more than 60 degrees. */
+static bool is_steep(const struct gnp_prepared *prepared, size_t i, const uint32_t other[2])
+{
+	static const double STEEP = 0.5; /* cosine */
+	const size_t corner[3] = {i, other[0], other[1]};
+	const double *o = prepared->points + 3 * i;
+	double side[2][3], normal[3];
+	for (size_t s = 0; s < 2; s++) {
+		for (size_t c = 0; c < 3; c++)
+			side[s][c] = prepared->points[3 * corner[s + 1] + c] - o[c];
+		double length = sqrt(gnp_dot(side[s], side[s]));
+		for (size_t c = 0; c < 3; c++)
+			side[s][c] /= length; /* or fourth powers leave a double's range */
+	}
+	gnp_cross(side[0], side[1], normal);
+	double least = STEEP * sqrt(gnp_dot(normal, normal));
+	for (size_t k = 0; k < 3; k++)
+		if (!(gnp_dot(prepared->normals + 3 * corner[k], normal) > least))
+			return true;
+	return false;
+}
+
+static bool is_of_all(const struct sharing *sharing, size_t i, size_t t)
+{
+	enum { ALL = 3 };
+	return sharing->stars[t] >= ALL || !is_steep(sharing->prepared, i, sharing->fans.corner[t]);
+}
+
+/* Leaves out what is steep, and closes the gaps. */
+static void keep_good(struct sharing *sharing)
+{
+	struct gnp_fans *fans = &sharing->fans;
+	size_t all = 0;
+	for (size_t i = 0; i < fans->count; i++)
+		for (size_t t = fans->start[i]; t < fans->start[i] + sharing->made[i]; t++)
+			sharing->kept[i] += is_of_all(sharing, i, t);
+	for (size_t i = 0; i < fans->count; i++) {
+		size_t begin = fans->start[i], end = begin + sharing->made[i];
+		fans->start[i] = all;
+		for (size_t t = begin; t < end; t++) {
+			const uint32_t *other = fans->corner[t];
+			bool needed = !sharing->kept[i] || !sharing->kept[other[0]] || !sharing->kept[other[1]];
+			if (needed || is_of_all(sharing, i, t))
+				memmove(fans->corner + all++, other, sizeof *fans->corner);
+		}
+	}
+	fans->start[fans->count] = all;
+	uint32_t(*smaller)[2] = realloc(fans->corner, (all ? all : 1) * sizeof *smaller);
+	fans->corner = smaller ? smaller : fans->corner;
+}
+
+gnp_status gnp_fans_share(const struct gnp_fans *fans, const struct gnp_prepared *prepared, struct gnp_fans *out,
+                          struct gnp_error *error)
+{
+	size_t count = fans->count, *start = gnp_array_zero(count + 1, sizeof *start);
+	struct sharing sharing = {.prepared = prepared, .made = gnp_array_zero(count, 2 * sizeof *sharing.made)};
+	if (start && sharing.made) {
+		count_all(fans, start);
+		sharing.kept = sharing.made + count;
+		sharing.fans = (struct gnp_fans){count, start, gnp_array_new(start[count] + 1, sizeof *sharing.fans.corner)};
+		sharing.stars = gnp_array_zero(start[count] + 1, 1);
+	}
+	bool made = sharing.fans.corner && sharing.stars;
+	if (made) {
+		share_all(fans, &sharing);
+		keep_good(&sharing);
+		*out = sharing.fans;
+	} else {
+		free(start);
+		free(sharing.fans.corner);
+	}
+	free(sharing.made);
+	free(sharing.stars);
+	return made ? GNP_OK : gnp_no_memory("triangles", count, "points", error);
+}
+
+double gnp_fans_longest_edge(const struct gnp_fans *fans, const struct gnp_prepared *prepared)
+{
+	double longest = 0;
+	for (size_t i = 0; i < fans->count; i++)
+		for (size_t t = fans->start[i]; t < fans->start[i + 1]; t++)
+			for (size_t k = 0; k < 2; k++) {
+				const double *p = prepared->points + 3 * i, *q = prepared->points + 3 * (size_t)fans->corner[t][k];
+				const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+				longest = fmax(longest, gnp_dot(d, d));
+			}
+	return sqrt(longest);
 }
 
 void gnp_fans_clear(struct gnp_fans *fans)

@@ -134,8 +134,8 @@ static double rim_of(const double before[3], const double after[3])
 }
 
 /* The strip between the outermost points and the rim, if they lie within it at random: then the rim is ragged, and as
- * far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it (measured
- * on random points). Points on the rim itself lie in line. At corners there is no saying. */
+ * far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it
+ * (measured on random points). Points on the rim itself lie in line. At corners there is no saying. */
 static double strip_of(const double before[3], const double after[3])
 {
 	static const double AWAY = 1.75;
@@ -203,11 +203,14 @@ void gnp_star_make(const double *points, const double *normals, size_t centre, c
 		make(points, normals, centre, index, count, STEEP, out);
 }
 
-/* Whether all that is near is of one row: neighbours lie along the way to the farthest. */
+/* Whether all that is near is of one row, but for a few of the next: neighbours lie along the way to one that is
+ * surely of the row. */
 static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count)
 {
-	static const double ACROSS = 0.05; /* of squares; a quarter along a rim */
-	const double *o = prepared->points + 3 * centre, *far = prepared->points + 3 * (size_t)index[count - 1];
+	enum { OWN = 8 };
+	static const double ACROSS = 0.15; /* of squares; a quarter along a rim */
+	const double *o = prepared->points + 3 * centre;
+	const double *far = prepared->points + 3 * (size_t)index[count > OWN ? OWN : count - 1];
 	const double along[3] = {far[0] - o[0], far[1] - o[1], far[2] - o[2]};
 	double length = gnp_dot(along, along), all = 0, within = 0;
 	for (size_t j = 0; j < count; j++) {

@@ -80,8 +80,10 @@ size_t gnp_equation_memory(const struct gnp_call *call, const struct gnp_equatio
 
 size_t gnp_equation_distance_memory(const struct gnp_call *call, const struct gnp_equation_options *options)
 {
-	double several = gnp_equation_sides(call, "sources") ? 100 : 0; /* which have a factor of their own */
-	return with_operator(call, options, 600 + several + 80 * log2((double)call->points + 2), 1);
+	enum { TRIANGLES = 200 }; /* what there is of them beside what a domain takes while it is made; a front has less */
+	const struct gnp_estimate_options *o = &options->core.laplacian.domain.estimate;
+	size_t estimate = gnp_estimate_memory(call->points, gnp_common_given(call), o);
+	return gnp_common_memory(call->points, TRIANGLES, gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
 }
 
 void gnp_equation_set_filter(struct gnp_equation_options *options, struct gnp_filter_options *filter)

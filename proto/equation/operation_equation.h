@@ -59,7 +59,7 @@ gnp_status gnp_equation_check(const struct gnp_call *call, struct gnp_error *err
 size_t gnp_equation_sides(const struct gnp_call *call, const char *name);
 /* Bytes to prepare an operator and solve for `sides` right-hand sides, with all that is made of their columns. */
 size_t gnp_equation_memory(const struct gnp_call *call, const struct gnp_equation_options *options, size_t sides);
-/* The same for distances, whose operators are those of finite volumes. */
+/* The same for distances, whose operators are triangles. */
 size_t gnp_equation_distance_memory(const struct gnp_call *call, const struct gnp_equation_options *options);
 
 /* The filter of the domain, where it is asked for; options' domain then borrows it. */

@@ -1,4 +1,5 @@
-/* The operation `geodesic`: its descriptor, and the way from tensors to gnp_geodesic_distance and back. */
+/* The operation `geodesic`: its descriptor, and the way from tensors to distances, vectors and logs (geodesic.h) and
+ * back. */
 #include <stdlib.h>
 
 #include "core/base/memory.h"
@@ -8,23 +9,40 @@
 struct options {
 	struct gnp_equation_options equation; /* its domain alone counts */
 	int source;
+	bool log;
 };
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
 	{"sources", GNP_BOOL, 1, {-1}, true,
 	 "1 at the points that distances are taken from; the parameter source when absent"},
+	{"vectors", GNP_FP64, 2, {-1, 3}, true,
+	 "at the sources: their tangential parts are carried along the shortest ways in parallel; other rows are not read"},
+	{"pairs", GNP_INT64, 2, {-2, 2}, true, "points, by index, whose distance from each other is wanted"},
 };
 
+enum output { DISTANCE, PAIR_DISTANCE, PARALLEL, LOG, BASIS };
+
 static const struct gnp_tensor_info outputs[] = {
-	{"distance", GNP_FP64, 1, {-1}, false,
-	 "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at dropped "
-	 "points"},
+	[DISTANCE] = {"distance", GNP_FP64, 1, {-1}, false,
+	              "along the surface to the nearest source [length]; infinite on parts of the cloud without one and at "
+	              "dropped points"},
+	[PAIR_DISTANCE] = {"pair_distance", GNP_FP64, 1, {-2}, true,
+	                   "of each of the pairs [length], whatever the sources; infinite where no way leads"},
+	[PARALLEL] = {"parallel", GNP_FP64, 2, {-1, 3}, true,
+	              "the nearest source's vector, carried along the shortest way in parallel; zero where none leads"},
+	[LOG] = {"log", GNP_FP64, 2, {-1, 2}, true,
+	         "in which direction the shortest way from the source sets out, times its length [length], in the basis; "
+	         "zero where none leads"},
+	[BASIS] = {"basis", GNP_FP64, 2, {2, 3}, true,
+	           "of log: two unit vectors tangent at the source, a right-handed frame with its normal"},
 };
 
 static const struct gnp_parameter parameters[] = {
 	{"source", GNP_PARAMETER_INTEGER, offsetof(struct options, source), 0, 2147483647, NULL,
 	 "the point that distances are taken from, without the input sources"},
+	{"log", GNP_PARAMETER_BOOL, offsetof(struct options, log), 0, 0, NULL,
+	 "the log map of a single source, too: where every point lies in its tangent plane"},
 	GNP_EQUATION_FILTER(struct options),
 	GNP_COMMON_PARAMETERS(struct options, equation.core.laplacian.domain.estimate, equation.weights),
 };
@@ -34,6 +52,7 @@ static void defaults(void *options)
 	struct options *o = options;
 	gnp_equation_defaults(&o->equation);
 	o->source = 0;
+	o->log = false;
 }
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
@@ -46,9 +65,23 @@ static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 	return status;
 }
 
+static size_t pairs_of(const struct gnp_call *call)
+{
+	const struct gnp_tensor *pairs = gnp_tensors_find(&call->request->inputs, "pairs");
+	return pairs ? pairs->shape[0] : 0;
+}
+
 static size_t memory(const struct gnp_call *call)
 {
-	return gnp_equation_distance_memory(call, gnp_call_options(call));
+	enum { PAIR = 48, FRONTS = 100, VECTORS = 48, LOGS = 16 }; /* beside what it takes to make the triangles */
+	const struct options *o = gnp_call_options(call);
+	size_t pairs = pairs_of(call), most = pairs ? FRONTS : 0;
+	if (gnp_tensors_find(&call->request->inputs, "vectors"))
+		most += VECTORS;
+	if (o->log)
+		most += LOGS;
+	size_t distance = gnp_equation_distance_memory(call, &o->equation);
+	return gnp_common_memory(pairs, PAIR, gnp_common_memory(call->points, most, distance));
 }
 
 /* ---- The operator ---- */
@@ -85,6 +118,8 @@ static gnp_status read_sources(const struct gnp_call *call, const struct options
 		*count += mask[i];
 	if (status == GNP_OK && *count == 0)
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "sources: got none, need at least one point");
+	if (status == GNP_OK && o->log && *count != 1)
+		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "log: got %zu sources, need 1", *count);
 	*sources = status == GNP_OK ? gnp_array_new(*count, sizeof **sources) : NULL;
 	if (status == GNP_OK && !*sources)
 		status = gnp_error_set(error, GNP_OUT_OF_MEMORY, "sources: no memory for %zu points", *count);
@@ -96,6 +131,103 @@ static gnp_status read_sources(const struct gnp_call *call, const struct options
 		(*sources)[0] = (uint32_t)o->source;
 	free(mask);
 	return status;
+}
+
+/* *pairs (*count), freed by the caller; NULL: none are asked for. */
+static gnp_status read_pairs(const struct gnp_call *call, size_t points, uint32_t (**pairs)[2], size_t *count,
+                             struct gnp_error *error)
+{
+	const struct gnp_tensor *tensor = gnp_tensors_find(&call->request->inputs, "pairs");
+	*count = pairs_of(call);
+	*pairs = tensor ? gnp_array_new(*count + 1, sizeof **pairs) : NULL;
+	if (tensor && !*pairs)
+		return gnp_no_memory("pairs", *count, "pairs", error);
+	for (size_t i = 0; i < 2 * *count; i++) {
+		double point = gnp_tensor_get(tensor, i);
+		if (!(point >= 0 && point < (double)points && point == (double)(uint32_t)point))
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "pairs[%zu]: got %g, need an index below %zu", i / 2,
+			                     point, points);
+		(*pairs)[i / 2][i % 2] = (uint32_t)point;
+	}
+	return GNP_OK;
+}
+
+/* ---- Answers ---- */
+
+/* What a call asks for, and where it goes. */
+struct asked {
+	const struct gnp_geodesic *geodesic;
+	const uint32_t *sources;
+	size_t points, source_count;
+	struct gnp_tensors *outputs;
+	struct gnp_pool *pool;
+	struct gnp_task *task;
+};
+
+static gnp_status add(const struct asked *asked, enum output which, size_t rows, struct gnp_tensor **out,
+                      struct gnp_error *error)
+{
+	const struct gnp_tensor_info *info = &outputs[which];
+	return gnp_tensors_add(asked->outputs, info->name, info->datatype, info->rank,
+	                       (size_t[]){rows, info->rank > 1 ? (size_t)info->shape[1] : 1}, out, error);
+}
+
+static gnp_status answer_distance(const struct asked *asked, struct gnp_error *error)
+{
+	struct gnp_tensor *distance;
+	gnp_status status = add(asked, DISTANCE, asked->points, &distance, error);
+	if (status != GNP_OK)
+		return status;
+	return gnp_geodesic_distance(asked->geodesic, asked->sources, asked->source_count, asked->pool, asked->task,
+	                             distance->data, error);
+}
+
+static gnp_status answer_pairs(const struct asked *asked, const uint32_t (*pairs)[2], size_t count,
+                               struct gnp_error *error)
+{
+	struct gnp_tensor *distance;
+	gnp_status status = add(asked, PAIR_DISTANCE, count, &distance, error);
+	if (status != GNP_OK)
+		return status;
+	return gnp_geodesic_pairs(asked->geodesic, pairs, count, asked->pool, asked->task, distance->data, error);
+}
+
+static gnp_status answer_parallel(const struct asked *asked, const struct gnp_tensor *given, struct gnp_error *error)
+{
+	struct gnp_tensor *parallel;
+	gnp_status status = add(asked, PARALLEL, asked->points, &parallel, error);
+	if (status != GNP_OK)
+		return status;
+	double *vectors = gnp_tensor_to_double(given);
+	status = vectors ? gnp_geodesic_parallel(asked->geodesic, asked->sources, asked->source_count, vectors, asked->task,
+	                                         parallel->data, error)
+	                 : gnp_no_memory("vectors", asked->points, "points", error);
+	free(vectors);
+	return status;
+}
+
+static gnp_status answer_log(const struct asked *asked, struct gnp_error *error)
+{
+	struct gnp_tensor *log;
+	double basis[2][3];
+	gnp_status status = add(asked, LOG, asked->points, &log, error);
+	if (status == GNP_OK)
+		status = gnp_geodesic_log(asked->geodesic, asked->sources[0], asked->pool, asked->task, log->data, basis,
+		                          error);
+	return status == GNP_OK ? gnp_common_add_copy(asked->outputs, &outputs[BASIS], 2, basis, error) : status;
+}
+
+static gnp_status answer(const struct asked *asked, const struct gnp_call *call, const uint32_t (*pairs)[2],
+                         size_t pair_count, struct gnp_error *error)
+{
+	const struct options *o = gnp_call_options(call);
+	const struct gnp_tensor *vectors = gnp_tensors_find(&call->request->inputs, "vectors");
+	gnp_status status = answer_distance(asked, error);
+	if (status == GNP_OK && pairs)
+		status = answer_pairs(asked, pairs, pair_count, error);
+	if (status == GNP_OK && vectors)
+		status = answer_parallel(asked, vectors, error);
+	return status == GNP_OK && o->log ? answer_log(asked, error) : status;
 }
 
 static gnp_status add_report(const struct gnp_geodesic *geodesic, bool found, size_t sources, const struct options *o,
@@ -119,27 +251,31 @@ static gnp_status run(const struct gnp_call *call, struct gnp_pool *pool, struct
 	const struct options *o = gnp_call_options(call);
 	struct gnp_common_cloud cloud = {0};
 	struct gnp_prepared_entry *entry = NULL;
-	struct gnp_tensor *distance;
-	uint32_t *sources = NULL;
-	size_t count = 0;
+	uint32_t *sources = NULL, (*pairs)[2] = NULL;
+	size_t count = 0, pair_count = 0;
 	bool found = false;
 	gnp_status status = gnp_common_cloud_read(call->request, &cloud, error);
 	if (status == GNP_OK)
 		status = read_sources(call, o, cloud.count, &sources, &count, error);
 	if (status == GNP_OK)
+		status = read_pairs(call, cloud.count, &pairs, &pair_count, error);
+	if (status == GNP_OK)
 		status = gnp_equation_get(call, &kind, &o->equation, &cloud, pool, task, &entry, &found, error);
-	if (status == GNP_OK)
-		status = gnp_tensors_add(&response->outputs, outputs[0].name, GNP_FP64, 1, &cloud.count, &distance, error);
-	if (status == GNP_OK)
-		status = gnp_geodesic_distance(gnp_prepared_object(entry), sources, count, pool, task, distance->data, error);
+	if (status == GNP_OK) {
+		const struct asked asked = {gnp_prepared_object(entry), sources, cloud.count, count, &response->outputs, pool,
+		                            task};
+		status = answer(&asked, call, pairs, pair_count, error);
+	}
 	gnp_task_stage(task, GNP_STAGE_ENCODE, 0);
 	if (status == GNP_OK)
 		status = add_report(gnp_prepared_object(entry), found, count, o, task, &response->parameters, error);
 	free(sources);
+	free(pairs);
 	gnp_prepared_release(entry);
 	gnp_common_cloud_clear(&cloud);
 	return status;
 }
 
-GNP_OPERATION(geodesic, "Distances along the surface of a cloud from a set of its points, by the heat method.",
+GNP_OPERATION(geodesic,
+              "Distances along the surface of a cloud from a set of its points, parallel transport and the log map.",
               .resolve = gnp_equation_resolve);

@@ -66,7 +66,6 @@ def test_equations_say_what_is_not_to_be_believed():
             source = column([x - y for x, y in zip(cloud[0::3], cloud[1::3])])
             found = kinds(ask(server, "poisson", cloud, [("source", *source)], system="square"))
             assert found & {"operator", "energy"}, found
-        assert "distance" in kinds(ask(server, "geodesic", field.scan_lines(0, 160, 20), source=1680))
         assert "sheets" in kinds(ask(server, "geodesic", field.roll(5)))
         assert kinds(ask(server, "laplacian", field.roll(5))) & {"stencils", "crossings"}
 
@@ -101,12 +100,12 @@ def test_equations_hold_where_collocation_does_not():
         assert head["parameters"]["system"] == "square", head
         head, outputs = solved("geodesic", cloud, ("sources", [1600], "BOOL", array.array("B", field.square_edge(40))))
         wanted = [min(x, 1 - x, y, 1 - y) for x, y in zip(cloud[0::3], cloud[1::3])]
-        assert sum(abs(d - w) for d, w in zip(outputs["distance"], wanted)) < 0.04 * sum(wanted)
+        assert sum(abs(d - w) for d, w in zip(outputs["distance"], wanted)) < 0.002 * sum(wanted)
         lines = field.scan_lines(0, 160, 20)
         outputs = harness.parse_infer(ask(server, "geodesic", lines, source=1680))[1]
         for i, d in enumerate(outputs["distance"]):
             straight = math.dist(lines[3 * i:3 * i + 3], lines[3 * 1680:3 * 1680 + 3])
-            assert straight * (1 - 1e-9) <= d <= 1.1 * straight + 1e-9, (i, d, straight)
+            assert straight * (1 - 1e-9) <= d <= 1.01 * straight + 1e-9, (i, d, straight)
 
 
 def test_an_operator_that_is_kept_warns_again():
@@ -185,7 +184,6 @@ def test_the_command_line_says_it_on_standard_error():
     warned("eigenvalues", "spectrum", field.square(40, 0.3), *square)
     warned("eigenvalues", "spectrum", field.grid_crossings(), *square)
     warned("operator", "spectrum", field.random_sphere(), "--count", "25", *square)
-    warned("distance", "geodesic", field.scan_lines(0, 160, 20), "--source", "1680")
     warned("sheets", "geodesic", field.roll(5))
     warned("rows", "estimate", field.latitudes())
     assert run("geodesic", field.square(40), columns=[("sources", field.square_edge(40))]) == (0, "")

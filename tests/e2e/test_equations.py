@@ -2,6 +2,7 @@
 import array
 import ast
 import io
+import math
 import struct
 import subprocess
 import tempfile
@@ -90,6 +91,7 @@ def test_heat_geodesic_spectrum(server):
     assert worst(outputs["solution"], [z / 1.1 ** 2 for z in Z]) < 0.02 and abs(head["parameters"]["time"] - 0.1) < 1e-12
     head, outputs = harness.parse_infer(infer(server, "geodesic", [points()], estimator="gmls", source=3))
     assert outputs["distance"][3] == 0 and 2.9 < max(outputs["distance"]) < 3.3
+    assert set(outputs) == {"distance"}
     head, outputs = harness.parse_infer(infer(server, "spectrum", [points()], estimator="gmls", count=4))
     assert worst(outputs["eigenvalues"], [0, 2, 2, 2]) < 0.03 and len(outputs["eigenvectors"]) == 4 * COUNT
 
@@ -113,6 +115,30 @@ def test_conditions_and_snapshots(server):
     assert abs(outputs["solution"][0] + outputs["solution"][399]) < 1e-6 and outputs["solution"][0] > 0.5
     expect_error(infer(server, "poisson", [cloud, ("source_points", [1], "INT64", [400])]), 400, "invalid_argument",
                  "source_points[0]: got 400, need an index below 400")
+
+
+def test_what_goes_along_geodesics(server):
+    at = lambda i: SPHERE[3 * i:3 * i + 3]
+    dot = lambda a, b: sum(x * y for x, y in zip(a, b))
+    pairs = [(3, i) for i in range(0, COUNT, 7)]
+    inputs = [points(), ("vectors", [COUNT, 3], "FP64", array.array("d", [1.0, 0, 0] * COUNT).tobytes()),
+              ("pairs", [len(pairs), 2], "INT64", array.array("q", [i for pair in pairs for i in pair]).tobytes())]
+    head, outputs = harness.parse_infer(infer(server, "geodesic", inputs, estimator="gmls", source=3, log=True))
+    assert set(outputs) == {"distance", "pair_distance", "parallel", "log", "basis"}, set(outputs)
+    distance, log, parallel, basis = outputs["distance"], outputs["log"], outputs["parallel"], outputs["basis"]
+    assert list(outputs["pair_distance"]) == [distance[i] for _, i in pairs]
+    size = math.sqrt(1 - at(3)[0] ** 2)
+    for i in range(COUNT):
+        assert abs(math.hypot(*log[2 * i:2 * i + 2]) - distance[i]) < 1e-9
+        assert abs(math.sqrt(dot(parallel[3 * i:3 * i + 3], parallel[3 * i:3 * i + 3])) - size) < 0.01
+        far = math.acos(max(-1, min(1, dot(at(3), at(i)))))
+        for k in range(2):  # the log map of a sphere
+            wanted = dot(at(i), basis[3 * k:3 * k + 3]) * far / math.sin(far) if 0 < far < 2 else 0
+            assert far >= 2 or abs(log[2 * i + k] - wanted) < 0.1, (i, k, log[2 * i + k], wanted)
+    expect_error(infer(server, "geodesic", inputs[:2] + [("pairs", [1, 2], "INT64", array.array("q", [0, COUNT]).tobytes())], estimator="gmls"), 400,
+                 "invalid_argument", "pairs[0]: got %d, need an index below %d" % (COUNT, COUNT))
+    several = ("sources", [COUNT], "BOOL", array.array("B", [i < 2 for i in range(COUNT)]).tobytes())
+    expect_error(infer(server, "geodesic", [points(), several], estimator="gmls", log=True), 400, "invalid_argument", "log: got 2 sources, need 1")
 
 
 def test_laplacian_as_matrix_market(server):

@@ -117,7 +117,8 @@ static void draw_input(struct draw *draw, const struct gnp_tensor_info *info)
 	if (info->datatype == GNP_BOOL)
 		set(draw, word, "%s", zoo_masks[below(draw, draw->wild ? 5 : 4)]);
 	else
-		set(draw, word, "%s:%zu", zoo_values[below(draw, draw->wild ? 8 : 7)], draw->wild && once_in(draw, 8) ? 0 : draw->columns);
+		set(draw, word, "%s:%zu", zoo_values[below(draw, draw->wild ? 8 : 7)],
+		    draw->wild && once_in(draw, 8) ? 0 : info->shape[1] > 0 ? (size_t)info->shape[1] : draw->columns);
 }
 
 static void draw_inputs(struct draw *draw, const struct gnp_operation *operation)

@@ -372,31 +372,64 @@ static bool judge_patch(const struct gnp_call *call, const struct gnp_response *
 	return sum > 0 || wrong(text, "weight: 0 at all %zu points", call->points);
 }
 
-/* No way along a surface is shorter than the straight one, or the answer says so. */
+static double straight(const struct gnp_tensor *points, size_t i, size_t j)
+{
+	double d[3];
+	for (size_t c = 0; c < 3; c++)
+		d[c] = gnp_tensor_get(points, 3 * i + c) - gnp_tensor_get(points, 3 * j + c);
+	return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
+/* Both points of a pair are as far from each other as straight, at least. */
+static bool judge_pairs(const struct gnp_tensor *points, const struct gnp_tensor *pairs,
+                        const struct gnp_tensor *distance, char text[JUDGE_TEXT])
+{
+	for (size_t p = 0; p < distance->shape[0]; p++) {
+		size_t from = (size_t)gnp_tensor_get(pairs, 2 * p), to = (size_t)gnp_tensor_get(pairs, 2 * p + 1);
+		double line = straight(points, from, to), got = gnp_tensor_get(distance, p);
+		if (!(got >= (1 - 1e-9) * line) || (from == to && got != 0))
+			return wrong(text, "pair_distance: %g at pair %zu, the straight line is %g", got, p, line);
+	}
+	return true;
+}
+
+/* As long as the way, zero where none leads. */
+static bool judge_log(const struct gnp_tensor *log, const struct gnp_tensor *basis, const struct gnp_tensor *distance,
+                      char text[JUDGE_TEXT])
+{
+	for (size_t i = 0; distance && i < log->shape[0]; i++) {
+		double length = hypot(gnp_tensor_get(log, 2 * i), gnp_tensor_get(log, 2 * i + 1));
+		double way = gnp_tensor_get(distance, i);
+		if (!(isinf(way) ? length == 0 : fabs(length - way) <= 1e-6 * way))
+			return wrong(text, "log: point %zu has the length %g, the way has %g", i, length, way);
+	}
+	return !basis || judge_orthonormal(basis, 2, text);
+}
+
+/* No way along a surface is shorter than the straight one. */
 static bool judge_geodesic(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
-	const struct gnp_tensor *distance = gnp_tensors_find(&response->outputs, "distance"), *points = gnp_tensors_find(&call->request->inputs, "points"),
-	                        *sources = gnp_tensors_find(&call->request->inputs, "sources");
-	size_t n = call->points, source = 0, many = 0;
-	for (size_t i = 0; sources && i < n; i++)
-		if (gnp_tensor_get(sources, i) != 0)
-			source = i, many++;
-	if (many > 1 || !judge_between(distance, 0, INFINITY, text))
-		return many > 1;
+	const struct gnp_tensor *points = gnp_tensors_find(&call->request->inputs, "points");
+	const struct gnp_tensor *distance = gnp_tensors_find(&response->outputs, "distance");
+	const struct gnp_tensor *pair = gnp_tensors_find(&response->outputs, "pair_distance");
+	const struct gnp_tensor *log = gnp_tensors_find(&response->outputs, "log");
+	if (log && !judge_log(log, gnp_tensors_find(&response->outputs, "basis"), distance, text))
+		return false;
+	if (distance && !judge_between(distance, 0, INFINITY, text))
+		return false;
 	if (gnp_values_find(&call->request->parameters, "filter"))
 		return true; /* points have moved */
-	for (size_t i = 0; !sources && i < n; i++)
-		source = gnp_tensor_get(distance, i) == 0 ? i : source;
-	size_t shorter = 0;
-	for (size_t i = 0; i < n; i++) {
-		double d[3];
-		for (size_t c = 0; c < 3; c++)
-			d[c] = gnp_tensor_get(points, 3 * i + c) - gnp_tensor_get(points, 3 * source + c);
-		shorter += gnp_tensor_get(distance, i) < 0.5 * sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
-	}
-	if (10 * shorter > n && !warns(response, "distance"))
-		return wrong(text, "distance: %zu of %zu are less than half the straight line, and no warning", shorter, n);
-	return true;
+	if (pair && !judge_pairs(points, gnp_tensors_find(&call->request->inputs, "pairs"), pair, text))
+		return false;
+	if (!distance || gnp_tensors_find(&call->request->inputs, "sources"))
+		return true;
+	size_t n = call->points, source = n;
+	for (size_t i = 0; i < n && source == n; i++)
+		source = gnp_tensor_get(distance, i) == 0 ? i : n;
+	for (size_t i = 0; i < n && source < n; i++)
+		if (!(gnp_tensor_get(distance, i) >= (1 - 1e-9) * straight(points, i, source)))
+			return wrong(text, "distance: %g at point %zu, less than straight", gnp_tensor_get(distance, i), i);
+	return source < n || wrong(text, "distance: nowhere 0");
 }
 
 /* ---- All of it ---- */

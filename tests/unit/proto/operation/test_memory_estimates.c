@@ -143,12 +143,25 @@ static void add_sources(struct gnp_request *request)
 		((unsigned char *)tensor->data)[i] = i % 10 == 0;
 }
 
+/* Of each point with one of the first twenty. */
+static void add_pairs(struct gnp_request *request)
+{
+	const struct gnp_tensor *points = gnp_tensors_find(&request->inputs, "points");
+	struct gnp_tensor *tensor;
+	const size_t shape[] = {points->shape[0], 2};
+	CHECK(gnp_tensors_add(&request->inputs, "pairs", GNP_INT64, 2, shape, &tensor, NULL) == GNP_OK);
+	for (size_t i = 0; i < points->shape[0]; i++) {
+		((int64_t *)tensor->data)[2 * i] = (int64_t)i;
+		((int64_t *)tensor->data)[2 * i + 1] = (int64_t)(i % 20);
+	}
+}
+
 /* ---- Runs ---- */
 
 /* An operation with parameters, and what goes in beside points. */
 struct run {
 	const char *operation, *parameters, *columns; /* the input of columns; NULL: none */
-	size_t column_count;                          /* 0: it is a mask of sources */
+	size_t column_count;                          /* 0: it is a mask of sources, or pairs of points */
 	bool normals;
 	unsigned kinds;       /* mask of the clouds it is run on */
 	size_t points_most;
@@ -190,7 +203,7 @@ static bool measure(const struct run *run, enum kind kind, size_t points, struct
 	struct gnp_call call;
 	add_cloud(&request, kind, points, run->normals);
 	if (run->columns && run->column_count == 0)
-		add_sources(&request);
+		strcmp(run->columns, "pairs") == 0 ? add_pairs(&request) : add_sources(&request);
 	else if (run->columns)
 		add_columns(&request, run->columns, run->column_count);
 	set_parameters(&request, run->parameters);
@@ -300,6 +313,10 @@ static void equations(void)
 		{"heat", "estimator=gmls dt=0.01 steps=2", "initial", 2, true, 1 << EVEN, 5000},
 		{"geodesic", "estimator=gmls", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 40000},
 		{"geodesic", "estimator=gmls", "sources", 0, true, 1 << EVEN | 1 << RANDOM, 40000},
+		{"geodesic", "estimator=gmls log=true", NULL, 0, true, 1 << EVEN, 40000},
+		{"geodesic", "estimator=gmls", "vectors", 3, true, 1 << EVEN, 40000},
+		{"geodesic", "estimator=gmls", "pairs", 0, true, 1 << EVEN, 40000},
+		{"geodesic", "estimator=gmls filter=true", NULL, 0, false, 1 << EVEN, 40000},
 		{"spectrum", "estimator=gmls count=10", NULL, 0, true, 1 << EVEN | 1 << RANDOM, 5000},
 		{"spectrum", "estimator=gmls count=60", NULL, 0, true, 1 << EVEN, 5000},
 		{"spectrum", "estimator=gmls system=symmetric count=10", NULL, 0, true, 1 << EVEN, 40000},
