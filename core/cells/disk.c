@@ -135,10 +135,12 @@ static double reach_of(const double *x, const double *y, size_t count, double u,
 /* A disk whose centre lies in direction e is free of a point at d when its diameter is less than d^2 / (d . e). */
 bool gnp_disk_may_exceed(const double *x, const double *y, size_t count, double u, double v, double usual)
 {
-	enum { WAYS = 12 };
-	static const double SLACK = 0.8, NEAR = 1e-12;
-	static const double along[WAYS] = {1, 0.866, 0.5, 0, -0.5, -0.866, -1, -0.866, -0.5, 0, 0.5, 0.866};
-	static const double across[WAYS] = {0, 0.5, 0.866, 1, 0.866, 0.5, 0, -0.5, -0.866, -1, -0.866, -0.5};
+	enum { WAYS = 24 };
+	static const double SLACK = 0.75, NEAR = 1e-12;
+	static const double along[WAYS] = {1, 0.966, 0.866, 0.707, 0.5, 0.259, 0, -0.259, -0.5, -0.707, -0.866, -0.966,
+	                                    -1, -0.966, -0.866, -0.707, -0.5, -0.259, 0, 0.259, 0.5, 0.707, 0.866, 0.966};
+	static const double across[WAYS] = {0, 0.259, 0.5, 0.707, 0.866, 0.966, 1, 0.966, 0.866, 0.707, 0.5, 0.259,
+	                                     0, -0.259, -0.5, -0.707, -0.866, -0.966, -1, -0.966, -0.866, -0.707, -0.5, -0.259};
 	double inverse[WAYS] = {0}, reach = reach_of(x, y, count, u, v), least = INFINITY;
 	double wide = 4 * SLACK * SLACK * usual * usual * reach; /* squared diameter: what is farther away does not matter */
 	for (size_t i = 0; i < count; i++) {

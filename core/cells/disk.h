@@ -37,8 +37,8 @@ void gnp_disk_find(const double *points, size_t centre, const double normal[3], 
 gnp_status gnp_disk_usual(const struct gnp_prepared *prepared, struct gnp_pool *pool, struct gnp_task *task,
                           double *usual, struct gnp_error *error);
 
-/* A quick look: false where no disk at (u, v) is wider than usual among points x, y (count) of its plane, of which those
- * about it are not missing. */
+/* A quick look in 24 directions: whether a disk at (u, v) may be wider than usual among points x, y (count) of its plane.
+ * Mostly true where one is, and mostly false where none is. */
 bool gnp_disk_may_exceed(const double *x, const double *y, size_t count, double u, double v, double usual);
 
 #endif

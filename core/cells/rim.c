@@ -16,18 +16,19 @@ enum {
 	POINTS_A_CHUNK = 512,
 	AROUND = 256, /* nearest points among which a gap has to be as wide */
 	SIDES = 32,   /* among which there is a side without any */
-	CHAIN = 6     /* outermost points, at least */
+	CHAIN = 8     /* outermost points, at least */
 };
 
 struct work {
 	const struct gnp_prepared *prepared;
 	double usual;
-	const unsigned char *candidate;
+	unsigned char *asked;       /* (count) as enum asked */
 	uint32_t (*along)[2];       /* (count) of outermost points the next ones */
 	unsigned char *outermost;   /* (count) */
 	_Atomic unsigned char *rim; /* (count) as enum verdict */
 };
 
+enum asked { NOT_YET, NOW, BEFORE };
 enum verdict { INSIDE, PERHAPS, RIM };
 
 /* ---- Passes over the points that are flagged ---- */
@@ -79,9 +80,9 @@ static gnp_status pass_chunk(void *context, size_t begin, size_t end, struct gnp
 	return status;
 }
 
-static bool is_candidate(const struct work *work, size_t i)
+static bool is_asked(const struct work *work, size_t i)
 {
-	return !work->candidate || work->candidate[i];
+	return work->asked[i] == NOW;
 }
 
 static bool is_outermost(const struct work *work, size_t i)
@@ -115,6 +116,7 @@ static gnp_status judge(struct work *work, size_t i, const struct gnp_disk_row *
 	struct gnp_disk disk;
 	(void)scratch;
 	(void)error;
+	work->asked[i] = BEFORE;
 	if (folds_back(normals, i, row))
 		return GNP_OK;
 	gnp_disk_find(work->prepared->points, i, normals + 3 * i, row, wide, &disk);
@@ -123,6 +125,21 @@ static gnp_status judge(struct work *work, size_t i, const struct gnp_disk_row *
 	memcpy(work->along[i], disk.along, sizeof disk.along);
 	work->outermost[i] = 1;
 	return GNP_OK;
+}
+
+/* Whether there are points along the rim that have not been looked at. */
+static bool follow(struct work *work)
+{
+	bool more = false;
+	for (size_t i = 0; i < work->prepared->count; i++)
+		for (int side = 0; work->outermost[i] && side < 2; side++) {
+			uint32_t next = work->along[i][side];
+			if (next == GNP_DISK_NOBODY || work->asked[next] != NOT_YET)
+				continue;
+			work->asked[next] = NOW;
+			more = true;
+		}
+	return more;
 }
 
 /* A gap is none where it is usual for a point across, whose own neighbours are clearly farther apart. */
@@ -257,7 +274,10 @@ static gnp_status pass(struct work *work, bool (*flagged)(const struct work *wor
 
 static gnp_status run(struct work *work, struct gnp_pool *pool, struct gnp_task *task, struct gnp_error *error)
 {
-	gnp_status status = pass(work, is_candidate, GNP_DISK_NEIGHBORS, judge, pool, task, error);
+	enum { ROUNDS = 16 };
+	gnp_status status = pass(work, is_asked, GNP_DISK_NEIGHBORS, judge, pool, task, error);
+	for (int round = 0; round < ROUNDS && status == GNP_OK && follow(work); round++)
+		status = pass(work, is_asked, GNP_DISK_NEIGHBORS, judge, pool, task, error);
 	if (status == GNP_OK)
 		status = pass(work, is_outermost, AROUND, drop_sparse, pool, task, error);
 	if (status == GNP_OK)
@@ -273,16 +293,19 @@ gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const
                         struct gnp_pool *pool, struct gnp_task *task, unsigned char *rim, struct gnp_error *error)
 {
 	size_t count = prepared->count;
-	struct work work = {.prepared = prepared, .usual = usual, .candidate = candidate,
+	struct work work = {.prepared = prepared, .usual = usual, .asked = gnp_array_new(count, 1),
 	                    .along = gnp_array_new(count, sizeof *work.along), .outermost = gnp_array_zero(count, 1),
 	                    .rim = gnp_array_zero(count, sizeof *work.rim)};
 	gnp_status status = GNP_OK;
-	if (!work.along || !work.outermost || !work.rim)
+	if (!work.asked || !work.along || !work.outermost || !work.rim)
 		status = gnp_no_memory("boundary", count, "points", error);
+	for (size_t i = 0; i < count && status == GNP_OK; i++)
+		work.asked[i] = !candidate || candidate[i] ? NOW : NOT_YET;
 	if (status == GNP_OK)
 		status = run(&work, pool, task, error);
 	for (size_t i = 0; i < count && status == GNP_OK; i++)
 		rim[i] = atomic_load_explicit(&work.rim[i], memory_order_relaxed) == RIM;
+	free(work.asked);
 	free(work.along);
 	free(work.outermost);
 	free((void *)work.rim);
@@ -293,5 +316,5 @@ gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const
 size_t gnp_rim_memory(size_t count)
 {
 	const struct work *work = NULL;
-	return count * (sizeof *work->along + sizeof *work->outermost + sizeof *work->rim + 8);
+	return count * (sizeof *work->asked + sizeof *work->along + sizeof *work->outermost + sizeof *work->rim + 8);
 }

@@ -13,9 +13,9 @@
 #include "core/base/pool.h"
 #include "core/cloud/prepare.h"
 
-/* rim (count) out, 0 or 1, in curve order. usual: what gnp_disk_usual says of the cloud. candidate (count): zero for
- * points that are known to touch no wider disk; NULL: none is known. task may be NULL. Deterministic for any worker
- * count. */
+/* rim (count) out, 0 or 1, in curve order. usual: what gnp_disk_usual says of the cloud. candidate (count): where
+ * outermost points are looked for first, at some of each rim; NULL: everywhere. task may be NULL. Deterministic for any
+ * worker count. */
 gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const unsigned char *candidate,
                         struct gnp_pool *pool, struct gnp_task *task, unsigned char *rim, struct gnp_error *error);
 
