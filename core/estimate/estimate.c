@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/cells/boundary.h"
 #include "core/cells/disk.h"
-#include "core/cells/rim.h"
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
 #include "core/estimate/estimate_patches.h"
@@ -198,7 +198,7 @@ static gnp_status find_boundary(const struct gnp_estimate_work *work, struct gnp
 	for (size_t i = 0; i < prepared->count && status == GNP_OK; i++)
 		candidate[i] = work->chosen || column[prepared->order[i]] > 0;
 	if (status == GNP_OK)
-		status = gnp_rim_find(prepared, work->usual_gap, candidate, pool, task, rim, error);
+		status = gnp_boundary_find(prepared, work->usual_gap, candidate, pool, task, rim, error);
 	for (size_t i = 0; i < prepared->count && status == GNP_OK && !work->chosen; i++)
 		column[prepared->order[i]] = rim[i];
 	for (size_t p = 0; p < work->cover.count && status == GNP_OK && work->chosen; p++)
@@ -457,6 +457,6 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 	if (weighted) /* beside it what is left without outliers is prepared, and fitted */
 		most += larger(count * (given ? KEPT_GIVEN : KEPT) + gnp_prepare_memory(count, given), ready + count * VOTED);
 	if (quantities & GNP_QUANTITY_BIT(GNP_BOUNDARY))
-		most += gnp_rim_memory(count) + 2 * count;
+		most += gnp_boundary_memory(count) + 2 * count;
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

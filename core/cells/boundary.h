@@ -7,8 +7,8 @@
  *
  * There is no rim where the gap is wide for one side alone, for there the cloud becomes sparse, nor where the next
  * points face the other way, for there the surface folds back: thin bodies have none. */
-#ifndef GNP_CORE_RIM_H
-#define GNP_CORE_RIM_H
+#ifndef GNP_CORE_BOUNDARY_H
+#define GNP_CORE_BOUNDARY_H
 
 #include "core/base/pool.h"
 #include "core/cloud/prepare.h"
@@ -16,10 +16,10 @@
 /* rim (count) out, 0 or 1, in curve order. usual: what gnp_disk_usual says of the cloud. candidate (count): where
  * outermost points are looked for first, at some of each rim; NULL: everywhere. task may be NULL. Deterministic for any
  * worker count. */
-gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const unsigned char *candidate,
+gnp_status gnp_boundary_find(const struct gnp_prepared *prepared, double usual, const unsigned char *candidate,
                         struct gnp_pool *pool, struct gnp_task *task, unsigned char *rim, struct gnp_error *error);
 
 /* Bytes it may take for so many points. */
-size_t gnp_rim_memory(size_t count);
+size_t gnp_boundary_memory(size_t count);
 
 #endif

@@ -1,4 +1,4 @@
-#include "core/cells/rim.h"
+#include "core/cells/boundary.h"
 
 #include <math.h>
 #include <stdatomic.h>
@@ -289,7 +289,7 @@ static gnp_status run(struct work *work, struct gnp_pool *pool, struct gnp_task 
 	return status;
 }
 
-gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const unsigned char *candidate,
+gnp_status gnp_boundary_find(const struct gnp_prepared *prepared, double usual, const unsigned char *candidate,
                         struct gnp_pool *pool, struct gnp_task *task, unsigned char *rim, struct gnp_error *error)
 {
 	size_t count = prepared->count;
@@ -313,7 +313,7 @@ gnp_status gnp_rim_find(const struct gnp_prepared *prepared, double usual, const
 }
 
 /* Chains come with a forest of 8 bytes a point. */
-size_t gnp_rim_memory(size_t count)
+size_t gnp_boundary_memory(size_t count)
 {
 	const struct work *work = NULL;
 	return count * (sizeof *work->asked + sizeof *work->along + sizeof *work->outermost + sizeof *work->rim + 8);
