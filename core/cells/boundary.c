@@ -97,30 +97,40 @@ static bool is_perhaps(const struct work *work, size_t i)
 
 /* ---- Outermost points ---- */
 
-/* Whether the surface comes back right behind a point. */
-static bool folds_back(const double *normals, size_t centre, const struct gnp_disk_row *row)
+/* The mean direction of the nearest normals, which at a crease is between those of its sides. False where some are of
+ * the other side of something thin: there the surface comes back right behind the point. */
+static bool mean_normal(const double *normals, size_t centre, const struct gnp_disk_row *row, double mean[3])
 {
 	enum { NEAREST = 13, FEW = 2 };
 	static const double OTHER = -0.2;
 	size_t others = 0;
-	for (size_t j = 0; j < row->count && j < NEAREST; j++)
-		others += gnp_dot(normals + 3 * (size_t)row->index[j], normals + 3 * centre) < OTHER;
-	return others >= FEW;
+	memset(mean, 0, 3 * sizeof *mean);
+	for (size_t j = 0; j < row->count && j < NEAREST; j++) {
+		const double *n = normals + 3 * (size_t)row->index[j];
+		others += gnp_dot(n, normals + 3 * centre) < OTHER;
+		for (int c = 0; c < 3; c++)
+			mean[c] += n[c];
+	}
+	double length = sqrt(gnp_dot(mean, mean));
+	for (int c = 0; c < 3; c++)
+		mean[c] /= length;
+	return others < FEW && length > 0;
 }
 
 static gnp_status judge(struct work *work, size_t i, const struct gnp_disk_row *row, struct gnp_scratch *scratch,
                         struct gnp_error *error)
 {
 	const double *normals = work->prepared->normals;
-	double wide = work->usual * row->farthest;
-	struct gnp_disk disk;
+	double wide = work->usual * row->farthest, mean[3];
+	struct gnp_disk disk, between;
 	(void)scratch;
 	(void)error;
 	work->asked[i] = BEFORE;
-	if (folds_back(normals, i, row))
-		return GNP_OK;
 	gnp_disk_find(work->prepared->points, i, normals + 3 * i, row, wide, &disk);
-	if (!(disk.radius > wide))
+	if (!(disk.radius > wide) || !mean_normal(normals, i, row, mean))
+		return GNP_OK;
+	gnp_disk_find(work->prepared->points, i, mean, row, wide, &between);
+	if (!(between.radius > wide))
 		return GNP_OK;
 	memcpy(work->along[i], disk.along, sizeof disk.along);
 	work->outermost[i] = 1;
