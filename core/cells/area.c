@@ -56,12 +56,14 @@ static double bulge(const struct gnp_prepared *prepared, const size_t corner[3])
 	return more + curvature * (square[0] + square[1] + square[2]) / 24;
 }
 
-/* Of the triangles of a star, weighed by their areas. */
-static double bulge_of(const struct gnp_prepared *prepared, size_t point, const struct gnp_star *star, const uint32_t *row)
+/* The mean of a star's triangles. */
+static double bulge_of(const struct gnp_prepared *prepared, size_t point, const struct gnp_star *star,
+                       const uint32_t *row)
 {
 	double sum = 0;
 	for (size_t t = 0; t < star->triangles; t++) {
-		const size_t corner[3] = {point, row[star->neighbor[star->corner[t][0]]], row[star->neighbor[star->corner[t][1]]]};
+		const uint8_t *edge = star->corner[t];
+		const size_t corner[3] = {point, row[star->neighbor[edge[0]]], row[star->neighbor[edge[1]]]};
 		sum += bulge(prepared, corner);
 	}
 	return star->triangles ? sum / (double)star->triangles : 0;
@@ -70,7 +72,8 @@ static double bulge_of(const struct gnp_prepared *prepared, size_t point, const 
 static void measure(void *context, size_t point, const struct gnp_star *star, const uint32_t *row, double farthest)
 {
 	struct work *work = context;
-	work->area[point] = star->area > 0 ? star->area * (1 + bulge_of(work->prepared, point, star, row)) : fmax(farthest * farthest, 1e-300);
+	double area = star->area * (1 + bulge_of(work->prepared, point, star, row));
+	work->area[point] = area > 0 ? area : fmax(farthest * farthest, 1e-300);
 	if (star->open)
 		atomic_fetch_add_explicit(&work->open, 1, memory_order_relaxed);
 }

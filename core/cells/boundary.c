@@ -234,7 +234,8 @@ static gnp_status spread(struct work *work, size_t i, const struct gnp_disk_row 
 		if (next == GNP_DISK_NOBODY || !work->outermost[next])
 			continue;
 		for (size_t j = 0; j < row->count; j++) {
-			double away = distance_to_segment(points + 3 * (size_t)row->index[j], points + 3 * i, points + 3 * (size_t)next);
+			const double *p = points + 3 * (size_t)row->index[j];
+			double away = distance_to_segment(p, points + 3 * i, points + 3 * (size_t)next);
 			if (away <= MAY_BE * spacing)
 				raise(&work->rim[row->index[j]], away <= SURE * spacing ? RIM : PERHAPS);
 		}

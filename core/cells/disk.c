@@ -84,18 +84,19 @@ static gnp_status probe_chunk(void *context, size_t begin, size_t end, struct gn
 	for (size_t p = begin; p < end && status == GNP_OK; p++) {
 		size_t at = found.start[p - begin];
 		const struct gnp_disk_row row = {probes->last + 1, found.index + at, found.distance[at + probes->last]};
+		const double *normal = prepared->normals + 3 * (size_t)centre[p - begin];
 		struct gnp_disk disk;
-		gnp_disk_find(prepared->points, centre[p - begin], prepared->normals + 3 * (size_t)centre[p - begin], &row, 0, &disk);
+		gnp_disk_find(prepared->points, centre[p - begin], normal, &row, 0, &disk);
 		probes->radius[p] = row.farthest > 0 ? disk.radius / row.farthest : 0;
 	}
 	return status;
 }
 
-/* So many times the difference between the median and the upper quartile, which rims do not reach, over the median; more
- * than the widest of a lattice, and no more than the widest of points at random. */
+/* So many times the difference between the median and the upper quartile, which rims do not reach, over the median;
+ * wider than any of a lattice, and no wider than what points at random have. */
 static double usual_of(double *radius, size_t count, double most)
 {
-	static const double SPREAD = 6, LEAST = 1.3;
+	static const double SPREAD = 6, LEAST = 1.6;
 	double upper = gnp_select(radius, count, 3 * count / 4), middle = gnp_select(radius, count, count / 2);
 	return fmin(fmax(middle + SPREAD * (upper - middle), LEAST * middle), most);
 }
@@ -119,8 +120,8 @@ gnp_status gnp_disk_usual(const struct gnp_prepared *prepared, struct gnp_pool *
 
 /* ---- A quick look ---- */
 
-/* The distance within which the plane has so many points as are looked for, squared: of a disk's points the mean square of
- * the distance from their centre is half its radius'. */
+/* The distance within which the plane has so many points as are looked for, squared: of a disk's points the mean square
+ * of the distance from their centre is half its radius'. */
 static double reach_of(const double *x, const double *y, size_t count, double u, double v)
 {
 	double sum[2] = {0}, square = 0, m = (double)count;
@@ -138,11 +139,11 @@ bool gnp_disk_may_exceed(const double *x, const double *y, size_t count, double 
 	enum { WAYS = 24 };
 	static const double SLACK = 0.75, NEAR = 1e-12;
 	static const double along[WAYS] = {1, 0.966, 0.866, 0.707, 0.5, 0.259, 0, -0.259, -0.5, -0.707, -0.866, -0.966,
-	                                    -1, -0.966, -0.866, -0.707, -0.5, -0.259, 0, 0.259, 0.5, 0.707, 0.866, 0.966};
+	                                   -1, -0.966, -0.866, -0.707, -0.5, -0.259, 0, 0.259, 0.5, 0.707, 0.866, 0.966};
 	static const double across[WAYS] = {0, 0.259, 0.5, 0.707, 0.866, 0.966, 1, 0.966, 0.866, 0.707, 0.5, 0.259,
-	                                     0, -0.259, -0.5, -0.707, -0.866, -0.966, -1, -0.966, -0.866, -0.707, -0.5, -0.259};
+	                                 0, -0.259, -0.5, -0.707, -0.866, -0.966, -1, -0.966, -0.866, -0.707, -0.5, -0.259};
 	double inverse[WAYS] = {0}, reach = reach_of(x, y, count, u, v), least = INFINITY;
-	double wide = 4 * SLACK * SLACK * usual * usual * reach; /* squared diameter: what is farther away does not matter */
+	double wide = 4 * SLACK * SLACK * usual * usual * reach; /* squared diameter: what is farther away is not in it */
 	for (size_t i = 0; i < count; i++) {
 		double dx = x[i] - u, dy = y[i] - v, square = dx * dx + dy * dy;
 		if (square <= NEAR * reach || square > wide)

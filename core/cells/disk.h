@@ -25,7 +25,7 @@ struct gnp_disk_row {
 struct gnp_disk {
 	double radius;      /* of the widest [length]; 0 where all is cut away */
 	uint32_t across[2]; /* between which points it lies, beside the one it touches; or NOBODY */
-	uint32_t along[2];  /* those that the disk touches when it is rolled as far as it stays wider than `wide`; or NOBODY */
+	uint32_t along[2];  /* whom the disk touches, rolled as far as it stays wider than `wide`; or NOBODY */
 };
 
 /* The widest empty disk at points[centre]. wide [length]. */
@@ -37,8 +37,8 @@ void gnp_disk_find(const double *points, size_t centre, const double normal[3], 
 gnp_status gnp_disk_usual(const struct gnp_prepared *prepared, struct gnp_pool *pool, struct gnp_task *task,
                           double *usual, struct gnp_error *error);
 
-/* A quick look in 24 directions: whether a disk at (u, v) may be wider than usual among points x, y (count) of its plane.
- * Mostly true where one is, and mostly false where none is. */
+/* A quick look in 24 directions: whether a disk at (u, v) may be wider than usual among points x, y (count) of its
+ * plane. Mostly true where one is, and mostly false where none is. */
 bool gnp_disk_may_exceed(const double *x, const double *y, size_t count, double u, double v, double usual);
 
 #endif

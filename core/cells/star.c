@@ -220,8 +220,9 @@ static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, cons
 }
 
 /* The star of so many of the nearest, of a row in scratch. */
-static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, size_t count, struct gnp_scratch *scratch,
-                            const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
+static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, size_t count,
+                            struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
+                            struct gnp_error *error)
 {
 	uint32_t self = (uint32_t)centre;
 	struct gnp_neighborhoods found;
@@ -233,8 +234,8 @@ static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, 
 	return GNP_OK;
 }
 
-/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. Beside a wide gap among
- * points at random the star is open, but closes with a few more. */
+/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. Beside a wide gap
+ * among points at random the star is open, but closes with a few more. */
 static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
                        struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
 {

@@ -5,10 +5,10 @@
 #include <string.h>
 
 #include "core/base/memory.h"
-#include "core/cells/boundary.h"
 #include "core/cells/disk.h"
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
+#include "core/estimate/estimate_boundary.h"
 #include "core/estimate/estimate_patches.h"
 #include "core/estimate/estimate_supports.h"
 #include "core/estimators/weighted_fit.h"
@@ -183,31 +183,6 @@ static void count_votes(struct gnp_estimate_work *work)
 	}
 }
 
-/* ---- Where the cloud ends ---- */
-
-/* Fits have said which points may be at its rim; those that were chosen are a few of them. */
-static gnp_status find_boundary(const struct gnp_estimate_work *work, struct gnp_pool *pool, struct gnp_task *task,
-                                struct gnp_error *error)
-{
-	const struct gnp_prepared *prepared = work->prepared;
-	double *column = work->out->values[GNP_BOUNDARY];
-	unsigned char *rim = gnp_array_new(prepared->count, 1), *candidate = gnp_array_new(prepared->count, 1);
-	gnp_status status = GNP_OK;
-	if (!rim || !candidate)
-		status = gnp_no_memory("boundary", prepared->count, "points", error);
-	for (size_t i = 0; i < prepared->count && status == GNP_OK; i++)
-		candidate[i] = work->chosen || column[prepared->order[i]] > 0;
-	if (status == GNP_OK)
-		status = gnp_boundary_find(prepared, work->usual_gap, candidate, pool, task, rim, error);
-	for (size_t i = 0; i < prepared->count && status == GNP_OK && !work->chosen; i++)
-		column[prepared->order[i]] = rim[i];
-	for (size_t p = 0; p < work->cover.count && status == GNP_OK && work->chosen; p++)
-		column[p] = rim[work->cover.centre[p]];
-	free(rim);
-	free(candidate);
-	return status;
-}
-
 /* Standard errors of a posterior under noise; a weighted model's are calibrated, bias and all. */
 static bool holds_scatter_alone(const struct gnp_estimate_work *work)
 {
@@ -323,7 +298,7 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 	if (status == GNP_OK && work.weighted && !work.chosen)
 		count_votes(&work);
 	if (status == GNP_OK && estimate->values[GNP_BOUNDARY])
-		status = find_boundary(&work, pool, task, error);
+		status = gnp_estimate_boundary(&work, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;
@@ -457,6 +432,6 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 	if (weighted) /* beside it what is left without outliers is prepared, and fitted */
 		most += larger(count * (given ? KEPT_GIVEN : KEPT) + gnp_prepare_memory(count, given), ready + count * VOTED);
 	if (quantities & GNP_QUANTITY_BIT(GNP_BOUNDARY))
-		most += gnp_boundary_memory(count) + 2 * count;
+		most += gnp_estimate_boundary_memory(count);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

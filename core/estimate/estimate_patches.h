@@ -41,8 +41,8 @@ struct gnp_estimate_judgement {
 	bool crease, outlier;
 };
 
-/* Writes what a fitted surface is at a point (in curve order) into a row of the outputs, and its probe. Of boundary: whether the point
- * may be at one (gnp_disk_may_exceed). */
+/* Writes what a fitted surface is at a point (in curve order) into a row of the outputs, and its probe; into the column
+ * of boundary, whether the point may be at one (gnp_disk_may_exceed). */
 void gnp_estimate_write(struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit,
                         const struct gnp_estimate_judgement *judgement, size_t point, size_t row);
 

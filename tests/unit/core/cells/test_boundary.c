@@ -100,7 +100,8 @@ static void points_at_random_are_flagged_within_a_spacing(void)
 static void set_sphere(size_t count, double noise)
 {
 	for (size_t i = 0; i < count; i++) {
-		double z = 2 * draw() - 1, turn = 2 * acos(-1) * draw(), r = sqrt(1 - z * z), s = 1 + noise * gnp_random_normal(&random_);
+		double z = 2 * draw() - 1, turn = 2 * acos(-1) * draw(), r = sqrt(1 - z * z);
+		double s = 1 + noise * gnp_random_normal(&random_);
 		set(i, s * r * cos(turn), s * r * sin(turn), s * z, r * cos(turn), r * sin(turn), z);
 	}
 }
@@ -234,7 +235,6 @@ static void bytes_do_not_depend_on_workers(void)
 	pool = two;
 }
 
-/* Of a disk's widest at a point half of the way from one of three about it. */
 static void quick_looks_find_wide_disks(void)
 {
 	enum { SIDE = 9 };
