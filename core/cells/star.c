@@ -222,23 +222,43 @@ static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, cons
 	return all - within < ACROSS * all;
 }
 
-/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. */
-static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
-                       struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
+/* The star of so many of the nearest, of a row in scratch. */
+static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, size_t count,
+                            struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
+                            struct gnp_error *error)
 {
 	uint32_t self = (uint32_t)centre;
 	struct gnp_neighborhoods found;
-	size_t wide = GNP_STAR_NEIGHBORS + 1 < prepared->count ? GNP_STAR_NEIGHBORS + 1 : prepared->count;
-	*row = index;
-	gnp_star_make(prepared->points, prepared->normals, centre, index, count, out);
-	if (!out->open || wide <= count || !is_in_a_row(prepared, centre, index, count))
-		return GNP_OK;
-	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, &self, 1, wide, 1, wide, scratch, &found, error);
+	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, &self, 1, count, 1, count, scratch, &found, error);
 	if (status != GNP_OK)
 		return status;
 	*row = found.index;
 	gnp_star_make(prepared->points, prepared->normals, centre, found.index, found.start[1], out);
 	return GNP_OK;
+}
+
+/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. Beside a wide gap
+ * among points at random the star is open, but closes with a few more. */
+static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
+                       struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
+{
+	enum { FEW_MORE = 2 * GNP_CELL_NEIGHBORS };
+	size_t more = FEW_MORE + 1 < prepared->count ? FEW_MORE + 1 : prepared->count;
+	size_t most = GNP_STAR_NEIGHBORS + 1 < prepared->count ? GNP_STAR_NEIGHBORS + 1 : prepared->count;
+	const uint32_t *longer;
+	struct gnp_star closed;
+	*row = index;
+	gnp_star_make(prepared->points, prepared->normals, centre, index, count, out);
+	if (!out->open || more <= count)
+		return GNP_OK;
+	if (is_in_a_row(prepared, centre, index, count))
+		return make_wide(prepared, centre, most, scratch, row, out, error);
+	gnp_status status = make_wide(prepared, centre, more, scratch, &longer, &closed, error);
+	if (status == GNP_OK && !closed.open) {
+		*out = closed;
+		*row = longer;
+	}
+	return status;
 }
 
 gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,

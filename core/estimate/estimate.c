@@ -5,8 +5,10 @@
 #include <string.h>
 
 #include "core/base/memory.h"
+#include "core/cells/disk.h"
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
+#include "core/estimate/estimate_boundary.h"
 #include "core/estimate/estimate_patches.h"
 #include "core/estimate/estimate_supports.h"
 #include "core/estimators/weighted_fit.h"
@@ -289,10 +291,14 @@ static gnp_status estimate_choice(const struct gnp_prepared *prepared, const str
 		status = allocate_values(estimate, work.quantities, error);
 	if (status == GNP_OK && !choice->at && !options->unjudged && task)
 		status = allocate_probes(&work, error);
+	if (status == GNP_OK && estimate->values[GNP_BOUNDARY])
+		status = gnp_disk_usual(prepared, pool, task, &work.usual_gap, error);
 	if (status == GNP_OK)
 		status = run(&work, pool, task, error);
 	if (status == GNP_OK && work.weighted && !work.chosen)
 		count_votes(&work);
+	if (status == GNP_OK && estimate->values[GNP_BOUNDARY])
+		status = gnp_estimate_boundary(&work, pool, task, error);
 	gnp_task_stage(task, GNP_STAGE_DONE, 0);
 	book_search(&work, task);
 	estimate->components = prepared->components;
@@ -425,5 +431,7 @@ size_t gnp_estimate_memory(size_t count, bool given, const struct gnp_estimate_o
 	size_t ready = gnp_prepared_memory(count), most = ready + count * larger(fitting, surveys ? SURVEYING : 0);
 	if (weighted) /* beside it what is left without outliers is prepared, and fitted */
 		most += larger(count * (given ? KEPT_GIVEN : KEPT) + gnp_prepare_memory(count, given), ready + count * VOTED);
+	if (quantities & GNP_QUANTITY_BIT(GNP_BOUNDARY))
+		most += gnp_estimate_boundary_memory(count);
 	return FIXED + larger(most, gnp_prepare_memory(count, given));
 }

@@ -5,6 +5,7 @@
 
 #include "core/base/task.h"
 #include "core/base/vector.h"
+#include "core/cells/disk.h"
 #include "core/cloud/belief_sample.h"
 #include "core/estimate/belief_answer.h"
 #include "core/estimate/estimate.h"
@@ -90,7 +91,7 @@ static void write_point(const struct gnp_estimate_work *work, const struct gnp_p
 		out->values[GNP_CREASE][row] = judgement->crease;
 	if (out->values[GNP_BOUNDARY]) {
 		gnp_patch_locate(patch, position, &u, &v);
-		out->values[GNP_BOUNDARY][row] = gnp_patch_one_sided(patch, u, v);
+		out->values[GNP_BOUNDARY][row] = gnp_disk_may_exceed(patch->u, patch->v, patch->count, u, v, work->usual_gap);
 	}
 }
 

@@ -29,6 +29,7 @@ struct gnp_estimate_work {
 	struct gnp_estimate *out;
 	const struct gnp_weighted_cloud *weighted; /* fits go by supports (estimate_supports.h); NULL: by patches of the rule */
 	bool own;                        /* every point is to be at the centre of its own support */
+	double usual_gap;                /* disk.h; only where boundary is asked for */
 	struct gnp_belief_probe *probes; /* NULL: the answer is not judged */
 	size_t stride;                   /* of the points probed */
 	atomic_size_t degenerate, patches, outliers; /* points, supports fitted, points found to be outliers by their supports */
@@ -40,7 +41,8 @@ struct gnp_estimate_judgement {
 	bool crease, outlier;
 };
 
-/* Writes what a fitted surface is at a point (in curve order) into a row of the outputs, and its probe. */
+/* Writes what a fitted surface is at a point (in curve order) into a row of the outputs, and its probe; into the column
+ * of boundary, whether the point may be at one (gnp_disk_may_exceed). */
 void gnp_estimate_write(struct gnp_estimate_work *work, const struct gnp_patch *patch, const struct gnp_fit *fit,
                         const struct gnp_estimate_judgement *judgement, size_t point, size_t row);
 

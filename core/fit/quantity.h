@@ -41,7 +41,8 @@
 	X(GNP_OUTLIER, "outlier", 0, 1, 1, 1,                                                                            \
 	  "1 where the point does not lie on its neighbours' surface (adaptive; gnp with weights auto or any, or where it " \
 	  "leaves outliers out)")                                                                                        \
-	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1, "1 where neighbours leave a gap of 120 degrees: an open boundary")       \
+	X(GNP_BOUNDARY, "boundary", 0, 1, 1, 1,                                                          \
+	  "1 where the cloud ends: the point is within about a spacing of its rim")                                       \
 	X(GNP_CREASE, "crease", 0, 1, 1, 1,                                                                              \
 	  "1 where the point is within about a spacing of an edge between smooth pieces, a rim or a tip (gnp with weights " \
 	  "auto or any)")

@@ -189,8 +189,8 @@ static void rims_and_residuals_are_told_under_noise(void)
 			right += far > 0.985 && flagged;
 			residual += e.values[GNP_RESIDUAL][i] / COUNT;
 		}
-		CHECK(wrong <= 0.02 * inside);
-		CHECK(right >= 0.6 * rim);
+		CHECK(wrong <= 0.002 * inside);
+		CHECK(right >= 0.95 * rim);
 		CHECK_NEAR(residual, noises[n], 0.2 * noises[n]);
 		gnp_estimate_clear(&e);
 	}
