@@ -237,6 +237,22 @@ static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, 
 	return GNP_OK;
 }
 
+/* Whether some triangle is nearly straight at the point, as those across a rim are. */
+static bool has_straight_corner(const struct gnp_prepared *prepared, size_t centre, const uint32_t *row,
+                                const struct gnp_star *star)
+{
+	const double *o = prepared->points + 3 * centre;
+	for (size_t t = 0; t < star->triangles; t++) {
+		const double *a = prepared->points + 3 * (size_t)row[star->neighbor[star->corner[t][0]]];
+		const double *b = prepared->points + 3 * (size_t)row[star->neighbor[star->corner[t][1]]];
+		const double to_a[3] = {a[0] - o[0], a[1] - o[1], a[2] - o[2]};
+		const double to_b[3] = {b[0] - o[0], b[1] - o[1], b[2] - o[2]};
+		if (!is_corner(to_a, to_b))
+			return true;
+	}
+	return false;
+}
+
 /* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. Beside a wide gap
  * among points at random the star is open, but closes with a few more. */
 static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
@@ -254,7 +270,7 @@ static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const
 	if (is_in_a_row(prepared, centre, index, count))
 		return make_wide(prepared, centre, most, scratch, row, out, error);
 	gnp_status status = make_wide(prepared, centre, more, scratch, &longer, &closed, error);
-	if (status == GNP_OK && !closed.open) {
+	if (status == GNP_OK && !closed.open && !has_straight_corner(prepared, centre, longer, &closed)) {
 		*out = closed;
 		*row = longer;
 	}
