@@ -28,8 +28,8 @@ static gnp_status find_nearest(struct search *search, uint32_t point, struct gnp
 {
 	const struct gnp_prepared *prepared = search->prepared;
 	search->nearest = prepared->count < NEAREST ? prepared->count : NEAREST;
-	return gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * (size_t)point, 1, search->nearest, search->index,
-	                         search->distance, search->scratch, error);
+	return gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * (size_t)point, 1, search->nearest,
+	                         search->index, search->distance, search->scratch, error);
 }
 
 static uint32_t root_of(struct search *search, uint32_t point)
@@ -87,7 +87,8 @@ static gnp_status tie_all(struct search *search, struct way *ways, size_t count,
 		if ((w > 0 && ways[w].piece == ways[w - 1].piece) || isinf(ways[w].distance))
 			continue;
 		status = find_nearest(search, ways[w].to, error);
-		if (status != GNP_OK || ways[w].distance > FAR * search->distance[RING < search->nearest ? RING : search->nearest - 1])
+		if (status != GNP_OK ||
+		    ways[w].distance > FAR * search->distance[RING < search->nearest ? RING : search->nearest - 1])
 			continue;
 		tie(&ways[w], edges, neighbor, weight);
 		++*tied;

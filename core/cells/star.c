@@ -245,7 +245,7 @@ static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, 
 	if (status != GNP_OK)
 		return status;
 	*row = found.index;
-	gnp_star_make(prepared->points, normals, centre, found.index, found.start[1], out);
+	gnp_star_make(prepared->points, normals_of(prepared), centre, found.index, found.start[1], out);
 	return GNP_OK;
 }
 

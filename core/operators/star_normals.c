@@ -7,7 +7,8 @@
 enum { POINTS_A_CHUNK = 512, NEAREST = 8 };
 
 /* Of the ways to a point's nearest, the squares of what leaves a plane. */
-static double off_plane(const double *points, size_t centre, const uint32_t *index, size_t count, const double normal[3])
+static double off_plane(const double *points, size_t centre, const uint32_t *index, size_t count,
+                        const double normal[3])
 {
 	const double *o = points + 3 * centre;
 	double sum = 0;
@@ -33,7 +34,8 @@ static gnp_status choose_chunk(void *context, size_t begin, size_t end, struct g
 		double cosine = gnp_dot(before, fitted);
 		if (!(cosine > 0 && cosine < TURNED))
 			continue;
-		status = gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * i, 1, nearest, index, distance, scratch, error);
+		status = gnp_neighbors_knn(prepared->neighbors, prepared->points + 3 * i, 1, nearest, index, distance,
+		                           scratch, error);
 		if (status == GNP_OK && off_plane(prepared->points, i, index, nearest, fitted) <
 		                            BETTER * off_plane(prepared->points, i, index, nearest, before))
 			memcpy(before, fitted, 3 * sizeof *before);

@@ -1,5 +1,5 @@
-/* Goes through the meshes of a folder that deploy/fetch-meshes.sh filled, by the list that it wrote: lines "NAME judge" or
- * "NAME tune" of meshes.txt. */
+/* Goes through the meshes of a folder that deploy/fetch-meshes.sh filled, by the list that it wrote: lines "NAME
+ * judge" or "NAME tune" of meshes.txt. */
 #ifndef GNP_WEIGHTS_REAL_LIST_H
 #define GNP_WEIGHTS_REAL_LIST_H
 

@@ -17,8 +17,11 @@ static const double accuracy = 1e-7, ZERO = 1e-6;
 gnp_status gnp_pde_case_create(const char *name, const char *variant, size_t count, struct gnp_pde_case *out,
                                struct gnp_error *error)
 {
-	*out = (struct gnp_pde_case){.count = count, .pieces = 1, .points = gnp_array_zero(count, 3 * sizeof(double)),
-	                             .normals = gnp_array_zero(count, 3 * sizeof(double)), .mass = gnp_array_zero(count, sizeof(double))};
+	*out = (struct gnp_pde_case){.count = count,
+	                             .pieces = 1,
+	                             .points = gnp_array_zero(count, 3 * sizeof(double)),
+	                             .normals = gnp_array_zero(count, 3 * sizeof(double)),
+	                             .mass = gnp_array_zero(count, sizeof(double))};
 	snprintf(out->name, sizeof out->name, "%s", name);
 	snprintf(out->variant, sizeof out->variant, "%s", variant);
 	if (out->points && out->normals && out->mass)
@@ -29,8 +32,9 @@ gnp_status gnp_pde_case_create(const char *name, const char *variant, size_t cou
 
 void gnp_pde_case_clear(struct gnp_pde_case *known)
 {
-	double *const arrays[] = {known->points, known->normals, known->mass, known->eigenvalue, known->source, known->solution,
-	                          known->distance, known->warm, known->dirichlet_source, known->dirichlet, known->dirichlet_value};
+	double *const arrays[] = {known->points,           known->normals,   known->mass,           known->eigenvalue,
+	                          known->source,           known->solution,  known->distance,       known->warm,
+	                          known->dirichlet_source, known->dirichlet, known->dirichlet_value};
 	for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
 		free(arrays[i]);
 	free(known->fixed);
@@ -91,13 +95,15 @@ static gnp_status judge_values(struct judge *judge, struct gnp_pde_errors *error
 	while (known->eigenvalue && status == GNP_OK && zeros + known->eigenvalues != asked && asked < COUNT_MOST) {
 		struct gnp_spectrum spectrum;
 		asked = zeros + known->eigenvalues;
-		status = gnp_spectrum_run(&judge->cloud, &judge->options, asked, accuracy, judge->pool, judge->task, &spectrum, &why);
+		status = gnp_spectrum_run(&judge->cloud, &judge->options, asked, accuracy, judge->pool, judge->task,
+		                          &spectrum, &why);
 		if (status != GNP_OK)
 			break;
 		zeros = count_zeros(&spectrum, known->eigenvalue[known->pieces]);
 		errors->pieces = zeros;
 		if (zeros + known->eigenvalues <= asked)
-			compare_values(spectrum.value + zeros, known->eigenvalue + known->pieces, known->eigenvalues, &errors->median, &errors->worst);
+			compare_values(spectrum.value + zeros, known->eigenvalue + known->pieces, known->eigenvalues,
+			               &errors->median, &errors->worst);
 		gnp_spectrum_clear(&spectrum);
 		zeros = zeros < known->pieces ? known->pieces : zeros;
 	}
@@ -116,7 +122,8 @@ static double l2(const struct gnp_pde_case *known, const double *found, const do
 		sums[2] += known->mass[i] * wanted[i];
 	}
 	for (size_t i = 0; i < known->count; i++) {
-		double got = found[i] - (centred ? sums[1] / sums[0] : 0), want = wanted[i] - (centred ? sums[2] / sums[0] : 0);
+		double got = found[i] - (centred ? sums[1] / sums[0] : 0),
+			   want = wanted[i] - (centred ? sums[2] / sums[0] : 0);
 		error += known->mass[i] * (got - want) * (got - want);
 		size += known->mass[i] * want * want;
 	}
@@ -144,7 +151,8 @@ static gnp_status judge_poisson(struct judge *judge, double *spare, struct gnp_p
 	if (status == GNP_OK) {
 		errors->system = gnp_poisson_info(poisson).system;
 		judge->out->area = share_of_area(judge->known, gnp_poisson_domain(poisson));
-		status = gnp_poisson_solve(poisson, judge->known->source, NULL, 1, judge->pool, judge->task, spare, NULL, &why);
+		status =
+			gnp_poisson_solve(poisson, judge->known->source, NULL, 1, judge->pool, judge->task, spare, NULL, &why);
 	}
 	gnp_poisson_release(poisson);
 	if (status == GNP_OK)
@@ -164,21 +172,24 @@ static gnp_status judge_dirichlet(struct judge *judge, double *spare, struct gnp
 	options.fixed = known->fixed;
 	gnp_status status = gnp_poisson_prepare(&judge->cloud, &options, judge->pool, judge->task, &poisson, &why);
 	if (status == GNP_OK)
-		status = gnp_poisson_solve(poisson, known->dirichlet_source, known->dirichlet, 1, judge->pool, judge->task, spare, NULL, &why);
+		status = gnp_poisson_solve(poisson, known->dirichlet_source, known->dirichlet, 1, judge->pool, judge->task,
+		                           spare, NULL, &why);
 	gnp_poisson_release(poisson);
 	if (status == GNP_OK)
 		errors->dirichlet = l2(known, spare, known->dirichlet, false);
 	return note(judge, status, &why, error);
 }
 
-static gnp_status judge_heat(struct judge *judge, double *spare, struct gnp_pde_errors *errors, struct gnp_error *error)
+static gnp_status judge_heat(struct judge *judge, double *spare, struct gnp_pde_errors *errors,
+                             struct gnp_error *error)
 {
 	const struct gnp_pde_case *known = judge->known;
 	struct gnp_poisson *poisson = NULL;
 	struct gnp_error why = {0};
 	if (!known->warm)
 		return GNP_OK;
-	const struct gnp_heat_options heat = {.dt = 1 / known->rate / HEAT_STEPS, .steps = HEAT_STEPS, .scheme = GNP_HEAT_BACKWARD_EULER};
+	const struct gnp_heat_options heat = {
+		.dt = 1 / known->rate / HEAT_STEPS, .steps = HEAT_STEPS, .scheme = GNP_HEAT_BACKWARD_EULER};
 	const struct gnp_heat_field field = {.count = 1, .u = spare};
 	double *after = gnp_array_new(known->count, sizeof *after);
 	if (!after)
@@ -186,7 +197,8 @@ static gnp_status judge_heat(struct judge *judge, double *spare, struct gnp_pde_
 	memcpy(spare, known->warm, known->count * sizeof *spare);
 	for (size_t i = 0; i < known->count; i++)
 		after[i] = known->warm[i] * exp(-1);
-	gnp_status status = gnp_heat_prepare(&judge->cloud, &judge->options, &heat, judge->pool, judge->task, &poisson, &why);
+	gnp_status status =
+		gnp_heat_prepare(&judge->cloud, &judge->options, &heat, judge->pool, judge->task, &poisson, &why);
 	if (status == GNP_OK)
 		status = gnp_heat_run(poisson, &heat, &field, judge->pool, judge->task, &why);
 	gnp_poisson_release(poisson);
@@ -225,7 +237,8 @@ static void compare_distances(const struct gnp_pde_case *known, const double *wa
 	for (size_t i = 0; i < known->count; i++) {
 		if (wanted[i] < SPACINGS_OFF * known->spacing)
 			continue;
-		double off = isfinite(wanted[i]) && isfinite(found[i]) ? fabs(found[i] / wanted[i] - 1) : isfinite(wanted[i]) != isfinite(found[i]);
+		double off = isfinite(wanted[i]) && isfinite(found[i]) ? fabs(found[i] / wanted[i] - 1)
+		                                                       : isfinite(wanted[i]) != isfinite(found[i]);
 		sums->off += off;
 		sums->worst = fmax(sums->worst, off);
 		sums->count++;
@@ -240,7 +253,8 @@ static gnp_status judge_distances(struct judge *judge, double *spare, struct gnp
 	struct sums sums = {0};
 	if (!known->distance)
 		return GNP_OK;
-	gnp_status status = gnp_geodesic_create(&judge->cloud, &judge->options.laplacian.domain, judge->pool, judge->task, &geodesic, &why);
+	gnp_status status = gnp_geodesic_create(&judge->cloud, &judge->options.laplacian.domain, judge->pool, judge->task,
+	                                        &geodesic, &why);
 	for (size_t s = 0; s < GNP_PDE_SOURCES && status == GNP_OK; s++) {
 		status = gnp_geodesic_distance(geodesic, &known->at[s], 1, judge->pool, judge->task, spare, &why);
 		if (status == GNP_OK)
@@ -254,13 +268,17 @@ static gnp_status judge_distances(struct judge *judge, double *spare, struct gnp
 	return note(judge, status, &why, error);
 }
 
-gnp_status gnp_pde_case_judge(const struct gnp_pde_case *known, enum gnp_pde_side side, const struct gnp_models *models,
-                              struct gnp_pool *pool, struct gnp_task *task, struct gnp_pde_judged *out,
-                              struct gnp_error *error)
+gnp_status gnp_pde_case_judge(const struct gnp_pde_case *known, enum gnp_pde_side side,
+                              const struct gnp_models *models, struct gnp_pool *pool, struct gnp_task *task,
+                              struct gnp_pde_judged *out, struct gnp_error *error)
 {
 	static const struct gnp_pde_errors none = {0, 0, NAN, NAN, NAN, NAN, NAN, NAN, 0};
-	struct judge judge = {known, {known->count, known->points, side == GNP_PDE_GIVEN ? known->normals : NULL}, gnp_poisson_defaults(),
-	                      pool, task, out};
+	struct judge judge = {known,
+	                      {known->count, known->points, side == GNP_PDE_GIVEN ? known->normals : NULL},
+	                      gnp_poisson_defaults(),
+	                      pool,
+	                      task,
+	                      out};
 	double *spare = gnp_array_new(known->count, sizeof *spare);
 	*out = (struct gnp_pde_judged){none, none, NAN, NAN, NAN, ""};
 	judge.options.laplacian.domain.estimate.estimator = GNP_ESTIMATOR_GNP;

@@ -22,13 +22,13 @@ struct gnp_pde_case {
 	double *eigenvalue;       /* (pieces + eigenvalues) of -Delta, ascending; the first `pieces` are zero */
 	size_t eigenvalues;
 	double *source, *solution; /* (count) f and u of -Delta u = f without flux over rims */
-	double *distance;         /* (GNP_PDE_SOURCES, count) along the surface from points at; INFINITY where there is no way */
+	double *distance;          /* (GNP_PDE_SOURCES, count) along the surface from points at; INFINITY: no way */
 	uint32_t at[GNP_PDE_SOURCES];
-	double doubt;             /* mean relative error of these distances, about */
-	double *warm, rate;       /* (count) a field that decays as exp(-rate t) [1 / length^2] */
-	unsigned char *fixed;     /* (count) 1: on the rim, where dirichlet is zero */
+	double doubt;                         /* mean relative error of these distances, about */
+	double *warm, rate;                   /* (count) a field that decays as exp(-rate t) [1 / length^2] */
+	unsigned char *fixed;                 /* (count) 1: on the rim, where dirichlet is zero */
 	double *dirichlet_source, *dirichlet; /* (count) f and u of -Delta u = f, u given where fixed */
-	double *dirichlet_value;  /* (eigenvalues) of -Delta for functions that are zero where fixed */
+	double *dirichlet_value;              /* (eigenvalues) of -Delta for functions that are zero where fixed */
 };
 
 /* Zeroed, with points, normals and masses for count points. GNP_OUT_OF_MEMORY. */
@@ -48,14 +48,16 @@ struct gnp_pde_errors {
 	double seconds;
 };
 
-enum gnp_pde_side { GNP_PDE_OWN, GNP_PDE_GIVEN, GNP_PDE_SIDES }; /* whose normals: estimated from the points, or the case's */
+/* Whose normals: estimated from the points, or the case's. */
+enum gnp_pde_side { GNP_PDE_OWN, GNP_PDE_GIVEN, GNP_PDE_SIDES };
 
 struct gnp_pde_judged {
 	struct gnp_pde_errors chosen, symmetric; /* by system=auto and system=symmetric */
-	double distance, distance_worst; /* mean and worst relative error at points three spacings from the source and farther; where there
-	                                    is a way for one alone that is an error of 1 */
-	double area;                     /* of the cells over the masses' sum */
-	char failure[160];               /* of the first that failed; empty: none */
+	/* Mean and worst relative error at points three spacings from the source and farther; where there is a way for one
+	 * alone that is an error of 1. */
+	double distance, distance_worst;
+	double area;                             /* of the cells over the masses' sum */
+	char failure[160];                       /* of the first that failed; empty: none */
 };
 
 /* As the daemon answers by default: normals by the estimator gnp with the model for any cloud of models. Statuses are

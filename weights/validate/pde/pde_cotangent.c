@@ -11,7 +11,8 @@ static const double cotangent_most = 1e6;
 static double cotangent(const struct gnp_real_mesh *surface, const uint32_t *corner, int c)
 {
 	const double *o = surface->vertices + 3 * (size_t)corner[c];
-	const double *a = surface->vertices + 3 * (size_t)corner[(c + 1) % 3], *b = surface->vertices + 3 * (size_t)corner[(c + 2) % 3];
+	const double *a = surface->vertices + 3 * (size_t)corner[(c + 1) % 3],
+				 *b = surface->vertices + 3 * (size_t)corner[(c + 2) % 3];
 	double u[3], v[3], across[3];
 	for (int d = 0; d < 3; d++) {
 		u[d] = a[d] - o[d];
@@ -35,8 +36,8 @@ static void measure(const struct gnp_pde_mesh *mesh, double *weight, double *mas
 	}
 }
 
-/* Edges are ascending by their ends, so that going through them fills the rows in order: first the lower neighbours, then
- * the diagonal, then the higher ones. next: spare (rows). */
+/* Edges are ascending by their ends, so that going through them fills the rows in order: first the lower
+ * neighbours, then the diagonal, then the higher ones. next: spare (rows). */
 static void fill(const struct gnp_pde_mesh *mesh, const double *weight, size_t *next, struct gnp_csr *out)
 {
 	size_t n = out->rows, *offsets = out->row_offsets;
@@ -68,8 +69,9 @@ gnp_status gnp_pde_cotangent_make(const struct gnp_pde_mesh *mesh, struct gnp_pd
 	struct gnp_pde_form form = {.mass = gnp_array_zero(n, sizeof *form.mass), .points = mesh->surface.vertices};
 	double *weight = gnp_array_zero(mesh->edge_count, sizeof *weight);
 	size_t *next = gnp_array_new(n, sizeof *next);
-	gnp_status status = form.mass && weight && next ? gnp_csr_allocate(n, n, 2 * mesh->edge_count + n, &form.stiffness, error)
-	                                                : gnp_no_memory("cotangents", n, "vertices", error);
+	gnp_status status = form.mass && weight && next
+	                        ? gnp_csr_allocate(n, n, 2 * mesh->edge_count + n, &form.stiffness, error)
+	                        : gnp_no_memory("cotangents", n, "vertices", error);
 	if (status == GNP_OK) {
 		measure(mesh, weight, form.mass);
 		fill(mesh, weight, next, &form.stiffness);

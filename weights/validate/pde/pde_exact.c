@@ -43,7 +43,10 @@ static const struct exact {
 static const struct {
 	const char *name;
 	double area;
-} surfaces[] = {{"sphere", 4 * M_PI}, {"torus", 4 * M_PI * M_PI * GNP_PDE_TORUS_TURN * GNP_PDE_TORUS_TUBE}, {"square", 1}, {"half-sphere", 2 * M_PI}};
+} surfaces[] = {{"sphere", 4 * M_PI},
+                {"torus", 4 * M_PI * M_PI * GNP_PDE_TORUS_TURN * GNP_PDE_TORUS_TUBE},
+                {"square", 1},
+                {"half-sphere", 2 * M_PI}};
 
 bool gnp_pde_exact_name(size_t i, struct gnp_pde_exact_name *out)
 {
@@ -142,7 +145,8 @@ static gnp_status put_even(struct gnp_pde_case *known, const struct exact *exact
                            struct gnp_task *task, struct gnp_error *error)
 {
 	bool half = exact->surface == HALF;
-	const struct gnp_sample_options options = {.count = half ? 2 * exact->points : exact->points, .seed = GNP_SEED_VALIDATION};
+	const struct gnp_sample_options options = {.count = half ? 2 * exact->points : exact->points,
+	                                           .seed = GNP_SEED_VALIDATION};
 	struct gnp_shape *shape = NULL;
 	struct gnp_sample sample;
 	gnp_status status = gnp_shape_create(exact->surface == TORUS ? "torus" : "sphere", 0, 0, &shape, error);
@@ -180,8 +184,8 @@ static gnp_status put_points(struct gnp_pde_case *known, const struct exact *exa
 
 /* ---- What is known ---- */
 
-/* Of spheres l (l + 1): 2 l + 1 times; of half of one as many as are even about its rim, l + 1, and of functions that are
- * zero there the others, l. */
+/* Of spheres l (l + 1): 2 l + 1 times; of half of one as many as are even about its rim, l + 1, and of functions
+ * that are zero there the others, l. */
 static void set_spherical(struct gnp_pde_case *known, bool half)
 {
 	size_t all = known->pieces + known->eigenvalues, k = 0, d = 0;
@@ -198,7 +202,8 @@ static void set_spherical(struct gnp_pde_case *known, bool half)
 		known->source[i] = 2 * x[0] + 6 * x[0] * x[1] + (half ? 0 : 6 * x[1] * x[2]);
 		known->warm[i] = x[0];
 		for (size_t s = 0; s < GNP_PDE_SOURCES; s++)
-			known->distance[s * known->count + i] = acos(fmax(-1, fmin(1, gnp_dot(x, known->points + 3 * (size_t)known->at[s]))));
+			known->distance[s * known->count + i] =
+				acos(fmax(-1, fmin(1, gnp_dot(x, known->points + 3 * (size_t)known->at[s]))));
 		if (known->dirichlet) {
 			known->dirichlet[i] = x[2];
 			known->dirichlet_source[i] = 2 * x[2];
@@ -242,9 +247,11 @@ static void set_square(struct gnp_pde_case *known)
 
 /* ---- The whole ---- */
 
-static gnp_status allocate(struct gnp_pde_case *known, const struct exact *exact, size_t room, struct gnp_error *error)
+static gnp_status allocate(struct gnp_pde_case *known, const struct exact *exact, size_t room,
+                           struct gnp_error *error)
 {
-	bool rim = exact->surface == HALF || (exact->surface == SQUARE && exact->sampling != RANDOM_WITHIN), torus = exact->surface == TORUS;
+	bool rim = exact->surface == HALF || (exact->surface == SQUARE && exact->sampling != RANDOM_WITHIN),
+		 torus = exact->surface == TORUS;
 	known->eigenvalues = exact->surface == SPHERE ? 24 : 20;
 	known->eigenvalue = gnp_array_new(known->pieces + known->eigenvalues, sizeof(double));
 	known->source = gnp_array_new(room, sizeof(double));

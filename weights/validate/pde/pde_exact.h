@@ -1,5 +1,5 @@
-/* Clouds on surfaces where equations have exact answers: spheres, a torus, unit squares and a half-sphere, sampled evenly,
- * at random and in rows. */
+/* Clouds on surfaces where equations have exact answers: spheres, a torus, unit squares and a half-sphere, sampled
+ * evenly, at random and in rows. */
 #ifndef GNP_WEIGHTS_PDE_EXACT_H
 #define GNP_WEIGHTS_PDE_EXACT_H
 

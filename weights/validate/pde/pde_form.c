@@ -54,13 +54,13 @@ struct lanczos {
 	struct gnp_task *task;
 	struct gnp_factor *factor;
 	double sigma;
-	size_t n, wanted, capacity, size; /* size: vectors the operator has been applied to */
-	double *basis;     /* (capacity + BLOCK, n) orthonormal by M */
-	double *projected; /* (capacity, capacity) the operator in the basis */
-	double *share;     /* (capacity + BLOCK) */
+	size_t n, wanted, capacity, size;                    /* size: vectors the operator has been applied to */
+	double *basis;                                       /* (capacity + BLOCK, n) orthonormal by M */
+	double *projected;                                   /* (capacity, capacity) the operator in the basis */
+	double *share;                                       /* (capacity + BLOCK) */
 	double *matrix, *vectors, *real, *imaginary, *spare; /* of the last decomposition */
-	size_t *order;     /* (capacity) its columns, lowest eigenvalue first */
-	double *x, *y;     /* (n) */
+	size_t *order;                                       /* (capacity) its columns, lowest eigenvalue first */
+	double *x, *y;                                       /* (n) */
 };
 
 static bool take(struct lanczos *work, double **block)
@@ -126,7 +126,8 @@ static gnp_status extend(struct lanczos *work, struct gnp_error *error)
 			next[k * n + i] = work->form->mass[i] * work->basis[(from + k) * n + i];
 	gnp_status status = gnp_factor_solve(work->factor, next, BLOCK, work->pool, work->task, error);
 	for (size_t k = 0; k < BLOCK && status == GNP_OK; k++) {
-		status = gnp_vectors_dot(work->basis, from + BLOCK, n, work->form->mass, next + k * n, work->pool, work->share, error);
+		status = gnp_vectors_dot(work->basis, from + BLOCK, n, work->form->mass, next + k * n, work->pool,
+		                         work->share, error);
 		for (size_t j = 0; j < from + BLOCK && status == GNP_OK; j++)
 			work->projected[(from + k) * m + j] = work->projected[j * m + from + k] = work->share[j];
 	}
@@ -158,8 +159,8 @@ static gnp_status judge(struct lanczos *work, size_t column, double *value, doub
 	const double *mass = work->form->mass;
 	double above = 0, below = 0, square = 0;
 	memset(work->x, 0, work->n * sizeof *work->x);
-	gnp_status status = gnp_vectors_add(work->basis, work->size, work->n, work->vectors + column * work->size, 1, work->pool,
-	                                    work->x, error);
+	gnp_status status = gnp_vectors_add(work->basis, work->size, work->n, work->vectors + column * work->size, 1,
+	                                    work->pool, work->x, error);
 	if (status == GNP_OK)
 		status = gnp_csr_multiply(&work->form->stiffness, work->x, work->y, work->pool, work->task, error);
 	for (size_t i = 0; i < work->n && status == GNP_OK; i++) {
@@ -191,8 +192,9 @@ static gnp_status iterate(struct lanczos *work, double *value, struct gnp_error 
 		if (status == GNP_OK && worst <= residual_most)
 			return GNP_OK;
 	}
-	return status == GNP_OK ? gnp_error_set(error, GNP_NO_CONVERGENCE, "eigenvalues: residual %.3g with %zu vectors, need at most %g",
-	                                        worst, work->size, residual_most)
+	return status == GNP_OK ? gnp_error_set(error, GNP_NO_CONVERGENCE,
+	                                        "eigenvalues: residual %.3g with %zu vectors, need at most %g", worst,
+	                                        work->size, residual_most)
 	                        : status;
 }
 
@@ -212,13 +214,18 @@ gnp_status gnp_pde_form_lowest(const struct gnp_pde_form *form, size_t count, st
                                struct gnp_task *task, double *value, struct gnp_error *error)
 {
 	size_t n = form->stiffness.rows, generous = (6 * count + 128) / BLOCK * BLOCK, most = n / BLOCK * BLOCK;
-	struct lanczos work = {.form = form, .pool = pool, .task = task, .sigma = choose_shift(form), .n = n, .wanted = count,
+	struct lanczos work = {.form = form,
+	                       .pool = pool,
+	                       .task = task,
+	                       .sigma = choose_shift(form),
+	                       .n = n,
+	                       .wanted = count,
 	                       .capacity = generous < most ? generous : most - BLOCK};
 	double *block = NULL, *added = gnp_array_new(n, sizeof *added);
 	if (n < count + 4 * BLOCK) {
 		free(added);
-		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "eigenvalues: got %zu unknowns, need at least %zu for %zu", n,
-		                     count + 4 * BLOCK, count);
+		return gnp_error_set(error, GNP_INVALID_ARGUMENT, "eigenvalues: got %zu unknowns, need at least %zu for %zu",
+		                     n, count + 4 * BLOCK, count);
 	}
 	gnp_status status = take(&work, &block) && added ? GNP_OK : gnp_no_memory("eigenvalues", n, "unknowns", error);
 	for (size_t i = 0; i < n && status == GNP_OK; i++)

@@ -125,13 +125,17 @@ static gnp_status drop_debris(const struct gnp_real_mesh *mesh, const uint32_t *
 	}
 	for (size_t t = 0; t < mesh->triangle_count; t++)
 		for (int c = 1; c < 3 && counts[t]; c++)
-			gnp_forest_join(&forest, name[mesh->triangles[3 * t]], name[mesh->triangles[3 * t + (size_t)c]], false, SIZE_MAX);
+			gnp_forest_join(&forest, name[mesh->triangles[3 * t]], name[mesh->triangles[3 * t + (size_t)c]], false,
+			                SIZE_MAX);
 	for (uint32_t i = 0; i < mesh->vertex_count; i++)
 		used += forest.size[gnp_forest_find(&forest, i, &flipped)] > 1;
 	for (uint32_t i = 0; i < mesh->vertex_count; i++)
-		*pieces += gnp_forest_find(&forest, i, &flipped) == i && forest.size[i] > 1 && 100 * (size_t)forest.size[i] >= used;
+		*pieces +=
+			gnp_forest_find(&forest, i, &flipped) == i && forest.size[i] > 1 && 100 * (size_t)forest.size[i] >= used;
 	for (size_t t = 0; t < mesh->triangle_count; t++)
-		counts[t] = counts[t] && 100 * (size_t)forest.size[gnp_forest_find(&forest, name[mesh->triangles[3 * t]], &flipped)] >= used;
+		counts[t] =
+			counts[t] &&
+			100 * (size_t)forest.size[gnp_forest_find(&forest, name[mesh->triangles[3 * t]], &flipped)] >= used;
 	gnp_forest_clear(&forest);
 	return GNP_OK;
 }
@@ -143,7 +147,8 @@ static gnp_status renumber(const struct gnp_real_mesh *mesh, const uint32_t *nam
 	double *vertices = gnp_array_new(mesh->vertex_count, 3 * sizeof *vertices);
 	uint32_t *triangles = gnp_array_new(mesh->triangle_count, 3 * sizeof *triangles);
 	size_t points = 0, kept = 0;
-	gnp_status status = vertices && triangles ? GNP_OK : gnp_no_memory("mesh", mesh->triangle_count, "triangles", error);
+	gnp_status status =
+		vertices && triangles ? GNP_OK : gnp_no_memory("mesh", mesh->triangle_count, "triangles", error);
 	memset(fresh, 0xff, mesh->vertex_count * sizeof *fresh);
 	for (size_t t = 0; t < mesh->triangle_count && status == GNP_OK; t++)
 		for (int c = 0; c < 3 && counts[t]; c++)
@@ -225,7 +230,8 @@ static gnp_status find_edges(struct gnp_pde_mesh *mesh, struct gnp_error *error)
 	}
 	list_sides(&mesh->surface, sides);
 	for (size_t begin = 0, end; begin < places; begin = end, e++) {
-		for (end = begin; end < places && memcmp(sides[end].end, sides[begin].end, sizeof sides[end].end) == 0; end++) {
+		for (end = begin; end < places && memcmp(sides[end].end, sides[begin].end, sizeof sides[end].end) == 0;
+		     end++) {
 			mesh->edge_of[sides[end].place] = (uint32_t)e;
 			mesh->around[end] = sides[end].place / 3;
 		}

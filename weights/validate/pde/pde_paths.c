@@ -46,7 +46,8 @@ static gnp_status allocate(struct search *search, unsigned density, struct gnp_e
 	search->corner = gnp_array_new(places, sizeof *search->corner);
 	search->nodes = search->vertices;
 	for (size_t e = 0; e < mesh->edge_count && search->first; e++) {
-		double points = fmin(fmax(round(density * gnp_pde_mesh_length(mesh, e) / mesh->edge_length), 1), ON_EDGE_MOST);
+		double points =
+			fmin(fmax(round(density * gnp_pde_mesh_length(mesh, e) / mesh->edge_length), 1), ON_EDGE_MOST);
 		search->first[e] = (uint32_t)search->nodes;
 		search->nodes += (size_t)points;
 	}
@@ -57,7 +58,8 @@ static gnp_status allocate(struct search *search, unsigned density, struct gnp_e
 	search->done = gnp_array_zero(search->nodes, 1);
 	search->heap_room = 1024;
 	search->heap = gnp_array_new(search->heap_room, sizeof *search->heap);
-	if (!search->first || !search->corner_start || !search->corner || !search->distance || !search->done || !search->heap)
+	if (!search->first || !search->corner_start || !search->corner || !search->distance || !search->done ||
+	    !search->heap)
 		return gnp_no_memory("paths", search->nodes, "points on edges", error);
 	search->first[mesh->edge_count] = (uint32_t)search->nodes;
 	for (size_t i = 0; i < search->nodes; i++)
@@ -120,7 +122,8 @@ static const double *vertex(const struct search *search, uint32_t i)
 /* Where the k-th of an edge's points is. */
 static void place(const struct search *search, size_t edge, uint32_t k, double out[3])
 {
-	const double *a = vertex(search, search->mesh->edge[2 * edge]), *b = vertex(search, search->mesh->edge[2 * edge + 1]);
+	const double *a = vertex(search, search->mesh->edge[2 * edge]),
+				 *b = vertex(search, search->mesh->edge[2 * edge + 1]);
 	double share = (k + 1.0) / (search->first[edge + 1] - search->first[edge] + 1.0);
 	for (int c = 0; c < 3; c++)
 		out[c] = a[c] + share * (b[c] - a[c]);

@@ -10,19 +10,19 @@
 static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_pde_real_plan *plan, uint64_t *workers,
                              struct gnp_error *error)
 {
-	static const char *const other[] = {"estimators", "families", "regimes", "shapes", "centres", "points", "peers", "ablate", "json"};
+	static const char *const other[] = {"estimators", "families", "regimes", "shapes", "centres",
+	                                    "points",     "peers",    "ablate",  "json"};
 	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
 		if (gnp_arguments_has(arguments, other[i]))
 			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is not of table pde-real", other[i]);
-	*plan = (struct gnp_pde_real_plan){
-		.meshes = {gnp_arguments_get(arguments, "meshes", NULL), gnp_arguments_get(arguments, "only", NULL),
-		           gnp_arguments_has(arguments, "tune")},
-		.sections = (1u << GNP_PDE_SECTIONS) - 1,
-		.points_most = gnp_arguments_has(arguments, "quick") ? 6000 : 0};
+	*plan = (struct gnp_pde_real_plan){.meshes = {gnp_arguments_get(arguments, "meshes", NULL),
+	                                              gnp_arguments_get(arguments, "only", NULL),
+	                                              gnp_arguments_has(arguments, "tune")},
+	                                   .sections = (1u << GNP_PDE_SECTIONS) - 1,
+	                                   .points_most = gnp_arguments_has(arguments, "quick") ? 6000 : 0};
 	gnp_status status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
-	return status == GNP_OK
-	           ? gnp_word_list_parse(arguments, "sections", gnp_pde_section_name, &plan->sections, error)
-	           : status;
+	return status == GNP_OK ? gnp_word_list_parse(arguments, "sections", gnp_pde_section_name, &plan->sections, error)
+	                        : status;
 }
 
 static void write_markdown(const void *table, FILE *out)

@@ -26,7 +26,9 @@ static void log_judged(const struct run *run, const struct gnp_pde_case *known, 
 {
 	if (!run->log)
 		return;
-	fprintf(run->log, "%s, %s, %zu points, %s normals: eigenvalues %.4f %.4f (symmetric %.4f %.4f), Poisson %.4f (%.4f), distances %.4f%s%s\n",
+	fprintf(run->log,
+	        "%s, %s, %zu points, %s normals: eigenvalues %.4f %.4f (symmetric %.4f %.4f), Poisson %.4f (%.4f), "
+	        "distances %.4f%s%s\n",
 	        known->name, known->variant, known->count, side == GNP_PDE_GIVEN ? "given" : "own", judged->chosen.median,
 	        judged->chosen.worst, judged->symmetric.median, judged->symmetric.worst, judged->chosen.poisson,
 	        judged->symmetric.poisson, judged->distance, judged->failure[0] ? "; failed: " : "", judged->failure);
@@ -41,7 +43,10 @@ static gnp_status take_case(struct run *run, enum gnp_pde_section section, const
 		return gnp_error_set(error, GNP_TOO_LARGE, "table: got more than %d clouds", GNP_PDE_ROWS);
 	struct gnp_pde_real_row *row = &table->rows[table->row_count++];
 	gnp_status status = GNP_OK;
-	*row = (struct gnp_pde_real_row){.section = section, .points = known->count, .open = known->open, .pieces = known->pieces,
+	*row = (struct gnp_pde_real_row){.section = section,
+	                                 .points = known->count,
+	                                 .open = known->open,
+	                                 .pieces = known->pieces,
 	                                 .doubt = known->doubt};
 	memcpy(row->name, known->name, sizeof row->name);
 	memcpy(row->variant, known->variant, sizeof row->variant);
@@ -54,7 +59,8 @@ static gnp_status take_case(struct run *run, enum gnp_pde_section section, const
 	return status;
 }
 
-static gnp_status take_mesh(void *context, const char *name, const struct gnp_real_mesh *mesh, struct gnp_error *error)
+static gnp_status take_mesh(void *context, const char *name, const struct gnp_real_mesh *mesh,
+                            struct gnp_error *error)
 {
 	struct run *run = context;
 	const struct gnp_pde_real_plan *plan = &run->table->plan;
@@ -64,7 +70,8 @@ static gnp_status take_mesh(void *context, const char *name, const struct gnp_re
 	if (status != GNP_OK)
 		return status;
 	enum gnp_pde_section section = ready.open ? GNP_PDE_OPEN : GNP_PDE_CLOSED;
-	bool wanted = (plan->sections >> section & 1) && (!plan->points_most || ready.surface.vertex_count <= plan->points_most);
+	bool wanted =
+		(plan->sections >> section & 1) && (!plan->points_most || ready.surface.vertex_count <= plan->points_most);
 	if (wanted)
 		status = gnp_pde_vertices_make(name, &ready, run->pool, run->task, &known, error);
 	gnp_pde_mesh_clear(&ready);

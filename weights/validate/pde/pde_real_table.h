@@ -1,4 +1,5 @@
-/* Equations on vertices of real meshes and on exact surfaces: the library's answers against what is known, cloud by cloud. */
+/* Equations on vertices of real meshes and on exact surfaces: the library's answers against what is known, cloud by
+ * cloud. */
 #ifndef GNP_WEIGHTS_PDE_REAL_TABLE_H
 #define GNP_WEIGHTS_PDE_REAL_TABLE_H
 
@@ -7,7 +8,10 @@
 #include "weights/validate/pde/pde_case.h"
 #include "weights/validate/real_list.h"
 
-enum gnp_pde_section { GNP_PDE_CLOSED, GNP_PDE_OPEN, GNP_PDE_EXACT, GNP_PDE_SECTIONS };
+enum gnp_pde_section { GNP_PDE_CLOSED,
+	                   GNP_PDE_OPEN,
+	                   GNP_PDE_EXACT,
+	                   GNP_PDE_SECTIONS };
 
 /* closed: meshes without rims; open: others; exact. NULL past the last. */
 const char *gnp_pde_section_name(unsigned section);
@@ -22,7 +26,7 @@ struct gnp_pde_real_row {
 	enum gnp_pde_section section;
 	char name[48], variant[48];
 	size_t points, open, pieces;
-	double doubt;  /* as in struct gnp_pde_case */
+	double doubt;                                /* as in struct gnp_pde_case */
 	struct gnp_pde_judged judged[GNP_PDE_SIDES]; /* exact ones: by own normals alone */
 };
 

@@ -29,25 +29,27 @@ static const char *took(const struct gnp_pde_judged *judged)
 
 static void write_mesh_head(const struct style *style, FILE *out)
 {
-	static const char *const columns[] = {"normals", "auto took", "pieces", "median", "worst", "its median", "its worst", "Poisson",
-	                                      "its", "distances", "worst", "area"};
+	static const char *const columns[] = {"normals",   "auto took", "pieces", "median",    "worst", "its median",
+	                                      "its worst", "Poisson",   "its",    "distances", "worst", "area"};
 	fprintf(out, "%s%-15s%s%6s", style->begin, "vertices of", style->between, "points");
 	for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
 		fprintf(out, "%s%6s", style->between, columns[i]);
 	fprintf(out, "%s\n", style->end);
 	if (style == &bars)
-		fputs("| --- | ---: | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n", out);
+		fputs("| --- | ---: | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+		      out);
 }
 
-static void write_mesh(const struct gnp_pde_real_row *row, enum gnp_pde_side side, const struct style *style, FILE *out)
+static void write_mesh(const struct gnp_pde_real_row *row, enum gnp_pde_side side, const struct style *style,
+                       FILE *out)
 {
 	const struct gnp_pde_judged *judged = &row->judged[side];
 	fprintf(out, "%s%-15s%s%6zu%s%-5s%s%-9s%s%zu of %zu", style->begin, row->name, style->between, row->points,
 	        style->between, side == GNP_PDE_OWN ? "own" : "given", style->between, took(judged), style->between,
 	        judged->chosen.pieces, row->pieces);
-	const double errors[] = {judged->chosen.median, judged->chosen.worst, judged->symmetric.median, judged->symmetric.worst,
-	                         judged->chosen.poisson, judged->symmetric.poisson, judged->distance, judged->distance_worst,
-	                         judged->area - 1};
+	const double errors[] = {judged->chosen.median,   judged->chosen.worst,   judged->symmetric.median,
+	                         judged->symmetric.worst, judged->chosen.poisson, judged->symmetric.poisson,
+	                         judged->distance,        judged->distance_worst, judged->area - 1};
 	for (size_t i = 0; i < sizeof errors / sizeof *errors; i++)
 		write_error(errors[i], style, out);
 	fprintf(out, "%s\n", style->end);
@@ -57,26 +59,30 @@ static void write_mesh(const struct gnp_pde_real_row *row, enum gnp_pde_side sid
 
 static void write_exact_head(const struct style *style, FILE *out)
 {
-	static const char *const columns[] = {"auto took", "median", "worst", "its median", "its worst", "Poisson", "its", "heat", "its",
-	                                      "fixed rim", "its", "distances", "worst", "area"};
-	fprintf(out, "%s%-11s%s%-23s%s%6s", style->begin, "surface", style->between, "points are", style->between, "points");
+	static const char *const columns[] = {"auto took", "median",    "worst", "its median", "its worst",
+	                                      "Poisson",   "its",       "heat",  "its",        "fixed rim",
+	                                      "its",       "distances", "worst", "area"};
+	fprintf(out, "%s%-11s%s%-23s%s%6s", style->begin, "surface", style->between, "points are", style->between,
+	        "points");
 	for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
 		fprintf(out, "%s%6s", style->between, columns[i]);
 	fprintf(out, "%s\n", style->end);
 	if (style == &bars)
-		fputs("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n",
+		fputs("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: "
+		      "| ---: | ---: |\n",
 		      out);
 }
 
 static void write_exact(const struct gnp_pde_real_row *row, const struct style *style, FILE *out)
 {
 	const struct gnp_pde_judged *judged = &row->judged[GNP_PDE_OWN];
-	fprintf(out, "%s%-11s%s%-23s%s%6zu%s%-9s", style->begin, row->name, style->between, row->variant, style->between, row->points,
-	        style->between, took(judged));
-	const double errors[] = {judged->chosen.median, judged->chosen.worst, judged->symmetric.median, judged->symmetric.worst,
-	                         judged->chosen.poisson, judged->symmetric.poisson, judged->chosen.heat, judged->symmetric.heat,
-	                         judged->chosen.dirichlet, judged->symmetric.dirichlet, judged->distance, judged->distance_worst,
-	                         judged->area - 1};
+	fprintf(out, "%s%-11s%s%-23s%s%6zu%s%-9s", style->begin, row->name, style->between, row->variant, style->between,
+	        row->points, style->between, took(judged));
+	const double errors[] = {
+		judged->chosen.median,    judged->chosen.worst,        judged->symmetric.median, judged->symmetric.worst,
+		judged->chosen.poisson,   judged->symmetric.poisson,   judged->chosen.heat,      judged->symmetric.heat,
+		judged->chosen.dirichlet, judged->symmetric.dirichlet, judged->distance,         judged->distance_worst,
+		judged->area - 1};
 	for (size_t i = 0; i < sizeof errors / sizeof *errors; i++)
 		write_error(errors[i], style, out);
 	fprintf(out, "%s\n", style->end);
@@ -146,8 +152,10 @@ static void write_aims(const struct gnp_pde_real_table *table, enum gnp_pde_sect
 		poisson += judged->chosen.poisson <= 0.05;
 		distances += judged->distance <= 0.03;
 	}
-	fprintf(out, "\nBy default and from points alone, of %zu clouds %zu have eigenvalues within 3 %% at the median and 15 %% at worst (10 %%\n"
-	             "and 30 %% below 8,000 points), %zu Poisson's equation within 5 %%, and %zu distances within 3 %% on average.\n",
+	fprintf(out,
+	        "\nBy default and from points alone, of %zu clouds %zu have eigenvalues within 3 %% at the median and 15 %%\n"
+	        "at worst (10 %% and 30 %% below 8,000 points), %zu Poisson's equation within 5 %%, and %zu distances within\n"
+	        "3 %% on average.\n",
 	        clouds, values, poisson, distances);
 }
 
@@ -159,27 +167,31 @@ static void write_doubts(const struct gnp_pde_real_table *table, FILE *out)
 			least = fmin(least, table->rows[i].doubt);
 			most = fmax(most, table->rows[i].doubt);
 		}
-	fprintf(out, "Distances are shortest paths over eight points on an edge; by what changes from four, they are %.2f to %.2f %% too long.\n",
+	fprintf(out,
+	        "Distances are shortest paths over eight points on an edge; by what changes from four, they are %.2f to\n"
+	        "%.2f %% too long.\n",
 	        100 * least, 100 * most);
 }
 
 static const char intro[] =
 	"# Equations on real and exact surfaces\n\n"
-	"Written by `make validate-pde-real`; errors in per cent, relative. `auto took` says which operator `system=auto` solved Poisson's\n"
-	"equation with, columns `its` are of `system=symmetric`. Eigenvalues are the lowest but zero; of the clouds' pieces, one for\n"
-	"each zero, there is a count. Poisson is L2 of u without its mean; distances are by `geodesic` from three points, mean and worst\n"
-	"over points three spacings away and farther; area is what the cells' sum is off. Normals are estimated from the points\n"
-	"(`own`, the default) or come with the points (`given`: the means of the triangles' about each vertex), which settles the\n"
-	"sides; the estimator `gnp` with its model for any cloud refines either.\n\n";
+	"Written by `make validate-pde-real`; errors in per cent, relative. `auto took` says which operator `system=auto`\n"
+	"solved Poisson's equation with; columns `its` are of `system=symmetric`. Eigenvalues are the lowest but zero,\n"
+	"and `pieces` says how many are zero, of how many that should be. Poisson is L2 of u without its mean; distances\n"
+	"are by `geodesic` from three points, mean and worst over points three spacings away and farther; area is what\n"
+	"the cells' sum is off. Normals are estimated from the points (`own`, the default) or come with them (`given`: the\n"
+	"means of the triangles' about each vertex), which settles the sides and what edges part.\n\n";
 
 static const char meshes[] =
-	"The truth is of the mesh's own triangles, which the library does not see: cotangents with a third of each triangle as masses, 20\n"
-	"eigenvalues; f is three bells of both signs. Vertices at one place are one, triangles without area or given twice count once or not\n"
-	"at all, pieces of less than a hundredth of the vertices are left out, and an edge of three triangles or more is taken as it is.\n";
+	"The truth is of the mesh's own triangles, which the library does not see: cotangents with a third of each\n"
+	"triangle as masses, 20 eigenvalues; f is three bells of both signs. Vertices at one place are one; triangles\n"
+	"without area are left out, those given twice count once, pieces of less than a hundredth of the vertices are left\n"
+	"out, and an edge of three triangles or more is taken as it is.\n";
 
 void gnp_pde_real_write_markdown(const struct gnp_pde_real_table *table, FILE *out)
 {
-	static const char *const titles[GNP_PDE_SECTIONS] = {"Vertices of closed meshes", "Vertices of meshes with rims", "Exact surfaces"};
+	static const char *const titles[GNP_PDE_SECTIONS] = {"Vertices of closed meshes", "Vertices of meshes with rims",
+	                                                     "Exact surfaces"};
 	fputs(intro, out);
 	fputs(meshes, out);
 	write_doubts(table, out);
@@ -189,8 +201,9 @@ void gnp_pde_real_write_markdown(const struct gnp_pde_real_table *table, FILE *o
 			continue;
 		fprintf(out, "\n## %s\n", titles[section]);
 		if (section == GNP_PDE_EXACT)
-			fputs("20 eigenvalues, of spheres 24; heat is that of an eigenfunction when it has fallen to 1 / e, in 400 steps; `fixed rim` is\n"
-			      "Poisson's equation with u given there. Points lie on rims unless said.\n\n", out);
+			fputs("20 eigenvalues, of spheres 24; heat is that of an eigenfunction when it has fallen to 1 / e, in\n"
+			      "400 steps; `fixed rim` is Poisson's equation with u given there. Points lie on rims unless said.\n\n",
+			      out);
 		else
 			fputs("\n", out);
 		write_section(table, section, &bars, out);

@@ -33,8 +33,8 @@ static void fill_row(size_t i, double turns, struct gnp_pde_form *form)
 	form->mass[i] = away(at) * h;
 }
 
-static gnp_status solve_turns(size_t turns, double *points, struct gnp_pool *pool, struct gnp_task *task, double *value,
-                              struct gnp_error *error)
+static gnp_status solve_turns(size_t turns, double *points, struct gnp_pool *pool, struct gnp_task *task,
+                              double *value, struct gnp_error *error)
 {
 	struct gnp_pde_form form = {.mass = gnp_array_new(CELLS, sizeof(double)), .points = points};
 	gnp_status status = form.mass ? gnp_csr_allocate(CELLS, CELLS, 3 * CELLS, &form.stiffness, error)
@@ -85,7 +85,8 @@ gnp_status gnp_pde_torus_set(struct gnp_pde_case *known, struct gnp_pool *pool, 
 		n[1] = cosine * x[1] / w;
 		n[2] = x[2] / r;
 		known->solution[i] = turn + cosine;
-		known->source[i] = turn / (w * w) + (GNP_PDE_TORUS_TURN * cosine + r * (2 * cosine * cosine - 1)) / (r * r * w);
+		known->source[i] =
+			turn / (w * w) + (GNP_PDE_TORUS_TURN * cosine + r * (2 * cosine * cosine - 1)) / (r * r * w);
 	}
 	return gnp_pde_torus_values(known->pieces + known->eigenvalues, pool, task, known->eigenvalue, error);
 }

@@ -8,9 +8,9 @@
 #define GNP_PDE_TORUS_TURN (2.0 / 3)
 #define GNP_PDE_TORUS_TUBE (1.0 / 3)
 
-/* Normals, eigenvalues, source and solution for the points of the case. With s along the tube and w(s) away from the axis an
- * eigenfunction is f(s) times the cosine or sine of m turns, -(w f')' + m^2 f / w = lambda w f: solved by finite
- * volumes for each m, to some 1e-5. u is sin turn + cos tube. */
+/* Normals, eigenvalues, source and solution for the points of the case. With s along the tube and w(s) away from
+ * the axis an eigenfunction is f(s) times the cosine or sine of m turns, -(w f')' + m^2 f / w = lambda w f: solved
+ * by finite volumes for each m, to some 1e-5. u is sin turn + cos tube. */
 gnp_status gnp_pde_torus_set(struct gnp_pde_case *known, struct gnp_pool *pool, struct gnp_task *task,
                              struct gnp_error *error);
 

@@ -45,7 +45,9 @@ static void set_source(struct gnp_pde_case *known, double diagonal)
 	for (size_t i = 0; i < known->count; i++) {
 		known->source[i] = 0;
 		for (size_t s = 0; s < GNP_PDE_SOURCES; s++)
-			known->source[i] += height[s] * exp(-square_between(known->points + 3 * i, known->points + 3 * (size_t)known->at[s]) / (width * width));
+			known->source[i] +=
+				height[s] * exp(-square_between(known->points + 3 * i, known->points + 3 * (size_t)known->at[s]) /
+			                    (width * width));
 		total += known->mass[i];
 		mean += known->mass[i] * known->source[i];
 	}

@@ -209,7 +209,8 @@ static void lone_points_keep_to_themselves(void)
 	gnp_poisson_release(poisson);
 }
 
-/* A sheet of 2 x 1 folded square is that sheet: the estimator's normals, which keep to one side of the fold, would part it. */
+/* A sheet of 2 x 1 folded square is that sheet: the estimator's normals, which keep to one side of the fold, would
+ * part it. */
 static void folds_part_nothing(void)
 {
 	enum { SIDE = 31, N = SIDE * (2 * SIDE - 1) };
@@ -228,14 +229,15 @@ static void folds_part_nothing(void)
 	options.laplacian.domain.estimate.models = models;
 	const struct gnp_cloud cloud = {N, points, NULL};
 	CHECK(gnp_spectrum_run(&cloud, &options, 6, 1e-8, pool, NULL, &spectrum, NULL) == GNP_OK);
-	static const double squares[6] = {0, 1, 4, 4, 5, 8}; /* of half waves along, and whole ones across: (pi / 2)^2 times these */
+	static const double squares[6] = {0, 1, 4, 4, 5, 8}; /* times (pi / 2)^2 */
 	for (size_t k = 0; k < 6; k++)
-		CHECK_NEAR(spectrum.value[k], squares[k] * 9.8696044010893586 / 4, 0.01 * squares[k] * 9.8696044010893586 / 4 + 1e-9);
+		CHECK_NEAR(spectrum.value[k] * 4 / 9.8696044010893586, squares[k], 0.01 * squares[k] + 1e-9);
 	gnp_spectrum_clear(&spectrum);
 	gnp_models_release(models);
 }
 
-/* A point that looks the other way is nobody's neighbour, and still no piece of its own: it has the value of one nearby. */
+/* A point that looks the other way is nobody's neighbour, and still no piece of its own: it has the value of one
+ * nearby. */
 static void contrary_points_are_tied(void)
 {
 	enum { SIDE = 31, N = SIDE * SIDE, CONTRARY = SIDE * SIDE / 2 };

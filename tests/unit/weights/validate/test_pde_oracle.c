@@ -14,10 +14,11 @@ static const double pi = 3.14159265358979323846;
 static struct gnp_real_mesh icosphere(int times)
 {
 	static const double g = 1.618033988749894848;
-	const double corner[12][3] = {{-1, g, 0}, {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+	const double corner[12][3] = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
 	                              {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-	static const uint32_t faces[60] = {0, 11, 5, 0, 5, 1, 0, 1, 7, 0, 7, 10, 0, 10, 11, 1, 5, 9, 5, 11, 4, 11, 10, 2, 10, 7, 6, 7, 1, 8,
-	                                   3, 9, 4, 3, 4, 2, 3, 2, 6, 3, 6, 8, 3, 8, 9, 4, 9, 5, 2, 4, 11, 6, 2, 10, 8, 6, 7, 9, 8, 1};
+	static const uint32_t faces[60] = {0, 11, 5,  0, 5,  1, 0, 1, 7, 0, 7,  10, 0, 10, 11, 1, 5, 9, 5, 11,
+	                                   4, 11, 10, 2, 10, 7, 6, 7, 1, 8, 3,  9,  4, 3,  4,  2, 3, 2, 6, 3,
+	                                   6, 8,  3,  8, 9,  4, 9, 5, 2, 4, 11, 6,  2, 10, 8,  6, 7, 9, 8, 1};
 	size_t triangles = 20;
 	double *at = malloc(60 * 3 * sizeof *at);
 	for (size_t k = 0; k < 60; k++)
@@ -70,7 +71,8 @@ static struct gnp_real_mesh tilted_square(uint32_t n)
 	uint32_t *list = malloc(6 * n * n * sizeof *list);
 	for (uint32_t i = 0; i <= n; i++)
 		for (uint32_t j = 0; j <= n; j++)
-			memcpy(at + 3 * (i * (n + 1) + j), (double[3]){(double)i / n / sqrt(2), (double)j / n, (double)i / n / sqrt(2)}, 3 * sizeof *at);
+			memcpy(at + 3 * (i * (n + 1) + j),
+			       (double[3]){(double)i / n / sqrt(2), (double)j / n, (double)i / n / sqrt(2)}, 3 * sizeof *at);
 	for (uint32_t i = 0; i < n; i++)
 		for (uint32_t j = 0; j < n; j++) {
 			uint32_t o = i * (n + 1) + j, cell[6] = {o, o + n + 1, o + n + 2, o, o + n + 2, o + 1};
@@ -99,11 +101,13 @@ static void places_become_vertices(void)
 	gnp_pde_mesh_clear(&mesh);
 }
 
-/* Two tetrahedra that share a face, the face twice; a triangle of one line; and a piece of three vertices beside many. */
+/* Two tetrahedra that share a face, the face twice; a triangle of one line; and a piece of three vertices beside
+ * many. */
 static void what_is_no_surface_is_left_out(void)
 {
 	const double at[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, -1}, {0.5, 0, 0}};
-	const uint32_t list[][3] = {{0, 1, 2}, {2, 1, 0}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}, {1, 0, 4}, {2, 1, 4}, {0, 2, 4}, {0, 5, 1}};
+	const uint32_t list[][3] = {{0, 1, 2}, {2, 1, 0}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3},
+	                            {1, 0, 4}, {2, 1, 4}, {0, 2, 4}, {0, 5, 1}};
 	struct gnp_real_mesh raw, sphere = icosphere(3);
 	CHECK(gnp_real_mesh_create(&at[0][0], 6, &list[0][0], 9, &raw, NULL) == GNP_OK);
 	struct gnp_pde_mesh mesh = ready(raw);
@@ -113,7 +117,8 @@ static void what_is_no_surface_is_left_out(void)
 		sphere.vertices[c] += 5;
 	size_t triangles = sphere.triangle_count;
 	mesh = ready(sphere);
-	CHECK(mesh.pieces == 1 && mesh.surface.triangle_count == triangles - 1 && mesh.surface.vertex_count == 642 && mesh.open == 3);
+	CHECK(mesh.pieces == 1 && mesh.surface.triangle_count == triangles - 1 && mesh.surface.vertex_count == 642 &&
+	      mesh.open == 3);
 	gnp_pde_mesh_clear(&mesh);
 	const uint32_t line[3] = {0, 5, 1};
 	struct gnp_error error = {0};
@@ -183,8 +188,8 @@ static void solutions_on_spheres(void)
 	free(u);
 }
 
-/* On a plane distances are straight: never below, and twice the points on an edge are much nearer. Across a face of many
- * triangles from one corner; along the square's sides they are exact. */
+/* On a plane distances are straight: never below, and twice the points on an edge are much nearer. Across a face of
+ * many triangles from one corner; along the square's sides they are exact. */
 static void paths_on_a_plane_are_straight(void)
 {
 	struct gnp_pde_mesh mesh = ready(tilted_square(20));
@@ -229,8 +234,8 @@ static void paths_on_a_sphere(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(places_become_vertices),  TEST(what_is_no_surface_is_left_out),
-	                                    TEST(eigenvalues_of_a_sphere), TEST(solutions_on_spheres),
+	static const struct test tests[] = {TEST(places_become_vertices),        TEST(what_is_no_surface_is_left_out),
+	                                    TEST(eigenvalues_of_a_sphere),       TEST(solutions_on_spheres),
 	                                    TEST(paths_on_a_plane_are_straight), TEST(paths_on_a_sphere)};
 	gnp_linalg_init();
 	CHECK(gnp_pool_create(0, &pool, NULL) == GNP_OK);

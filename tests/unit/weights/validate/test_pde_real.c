@@ -23,10 +23,12 @@ static struct gnp_pde_mesh torus(uint32_t round, uint32_t along)
 	struct gnp_pde_mesh mesh = {.edge_count = 0};
 	for (uint32_t i = 0; i < along; i++)
 		for (uint32_t j = 0; j < round; j++) {
-			double turn = 2 * M_PI * i / along, tube = 2 * M_PI * j / round, w = GNP_PDE_TORUS_TURN + GNP_PDE_TORUS_TUBE * cos(tube);
+			double turn = 2 * M_PI * i / along, tube = 2 * M_PI * j / round,
+				   w = GNP_PDE_TORUS_TURN + GNP_PDE_TORUS_TUBE * cos(tube);
 			uint32_t o = i * round + j, next = (i + 1) % along * round + j, up = i * round + (j + 1) % round,
-			         across = (i + 1) % along * round + (j + 1) % round, cell[6] = {o, next, across, o, across, up};
-			memcpy(at + 3 * o, (double[3]){w * cos(turn), w * sin(turn), GNP_PDE_TORUS_TUBE * sin(tube)}, 3 * sizeof *at);
+					 across = (i + 1) % along * round + (j + 1) % round, cell[6] = {o, next, across, o, across, up};
+			memcpy(at + 3 * o, (double[3]){w * cos(turn), w * sin(turn), GNP_PDE_TORUS_TUBE * sin(tube)},
+			       3 * sizeof *at);
 			memcpy(list + 6 * o, cell, sizeof cell);
 		}
 	CHECK(gnp_real_mesh_create(at, round * along, list, 2 * round * along, &raw, NULL) == GNP_OK);
@@ -54,8 +56,8 @@ static void eigenvalues_of_a_torus(void)
 	gnp_pde_mesh_clear(&mesh);
 }
 
-/* What is known of every exact surface fits together: fields have no mean where there is no flux, and energies of solutions
- * are what their sources say; rims are where they should be, distances no shorter than straight. */
+/* What is known of every exact surface fits together: fields have no mean where there is no flux, and energies of
+ * solutions are what their sources say; rims are where they should be, distances no shorter than straight. */
 static void exact_surfaces_are_consistent(void)
 {
 	struct gnp_pde_exact_name name;
@@ -162,8 +164,11 @@ static void write_ply(const char *path, const struct gnp_real_mesh *mesh)
 	CHECK(out != NULL);
 	if (!out)
 		return;
-	fprintf(out, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\nproperty float x\nproperty float y\nproperty float z\n"
-	             "element face %zu\nproperty list uchar int vertex_indices\nend_header\n", mesh->vertex_count, mesh->triangle_count);
+	fprintf(out,
+	        "ply\nformat binary_little_endian 1.0\nelement vertex %zu\nproperty float x\nproperty float y\nproperty "
+	        "float z\n"
+	        "element face %zu\nproperty list uchar int vertex_indices\nend_header\n",
+	        mesh->vertex_count, mesh->triangle_count);
 	for (size_t i = 0; i < 3 * mesh->vertex_count; i++) {
 		float value = (float)mesh->vertices[i];
 		fwrite(&value, sizeof value, 1, out);
@@ -189,7 +194,8 @@ static void table_is_filled_and_written(void)
 	snprintf(path, sizeof path, "%s/meshes.txt", folder);
 	FILE *list = fopen(path, "w");
 	CHECK(list && fputs("ring judge\nother tune\n", list) >= 0 && fclose(list) == 0);
-	const struct gnp_pde_real_plan plan = {.meshes = {folder, NULL, false}, .sections = (1u << GNP_PDE_SECTIONS) - 1, .points_most = 2000};
+	const struct gnp_pde_real_plan plan = {
+		.meshes = {folder, NULL, false}, .sections = (1u << GNP_PDE_SECTIONS) - 1, .points_most = 2000};
 	CHECK(gnp_pde_real_table_run(&plan, models, pool, NULL, NULL, &table, &error) == GNP_OK);
 	CHECK_STRING(error.text, "");
 	CHECK(table.row_count == 3 && table.rows[0].section == GNP_PDE_CLOSED && table.rows[0].points == 1800);
@@ -216,9 +222,9 @@ static void table_is_filled_and_written(void)
 
 int main(int argc, char **argv)
 {
-	static const struct test tests[] = {TEST(eigenvalues_of_a_torus),    TEST(exact_surfaces_are_consistent),
-	                                    TEST(half_spheres_have_half_the_spectrum), TEST(errors_are_relative),
-	                                    TEST(vertices_know_their_mesh),  TEST(table_is_filled_and_written)};
+	static const struct test tests[] = {
+		TEST(eigenvalues_of_a_torus), TEST(exact_surfaces_are_consistent), TEST(half_spheres_have_half_the_spectrum),
+		TEST(errors_are_relative),    TEST(vertices_know_their_mesh),      TEST(table_is_filled_and_written)};
 	struct gnp_models *loaded;
 	gnp_linalg_init();
 	CHECK(gnp_pool_create(0, &pool, NULL) == GNP_OK);
