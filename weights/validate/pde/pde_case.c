@@ -286,7 +286,8 @@ gnp_status gnp_pde_case_judge(const struct gnp_pde_case *known, enum gnp_pde_sid
 	gnp_status status = spare ? GNP_OK : gnp_no_memory("case", known->count, "points", error);
 	if (status == GNP_OK)
 		status = judge_system(&judge, GNP_SYSTEM_AUTO, spare, &out->chosen, error);
-	if (status == GNP_OK)
+	out->symmetric = out->chosen;
+	if (status == GNP_OK && out->chosen.system != GNP_SYSTEM_SYMMETRIC)
 		status = judge_system(&judge, GNP_SYSTEM_SYMMETRIC, spare, &out->symmetric, error);
 	if (status == GNP_OK)
 		status = judge_distances(&judge, spare, error);

@@ -52,7 +52,8 @@ struct gnp_pde_errors {
 enum gnp_pde_side { GNP_PDE_OWN, GNP_PDE_GIVEN, GNP_PDE_SIDES };
 
 struct gnp_pde_judged {
-	struct gnp_pde_errors chosen, symmetric; /* by system=auto and system=symmetric */
+	/* By system=auto and system=symmetric: the same where auto took that. */
+	struct gnp_pde_errors chosen, symmetric;
 	/* Mean and worst relative error at points three spacings from the source and farther; where there is a way for one
 	 * alone that is an error of 1. */
 	double distance, distance_worst;
