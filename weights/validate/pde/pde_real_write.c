@@ -195,6 +195,8 @@ void gnp_pde_real_write_markdown(const struct gnp_pde_real_table *table, FILE *o
 	fputs(intro, out);
 	fputs(meshes, out);
 	write_doubts(table, out);
+	if (table->plan.meshes.only)
+		fprintf(out, "Here are %s alone.\n", table->plan.meshes.only);
 	for (unsigned s = 0; s < GNP_PDE_SECTIONS; s++) {
 		enum gnp_pde_section section = (enum gnp_pde_section)s;
 		if (!count_rows(table, section))

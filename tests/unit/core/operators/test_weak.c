@@ -236,6 +236,34 @@ static void folds_part_nothing(void)
 	gnp_models_release(models);
 }
 
+/* A square that is turned up by 70 degrees, with normals that only say which side is up. */
+static void crude_normals_say_the_side(void)
+{
+	enum { SIDE = 31, N = SIDE * SIDE };
+	static double points[3 * N], normals[3 * N];
+	struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
+	struct gnp_domain domain;
+	struct gnp_random random;
+	double area = 0;
+	gnp_random_seed(&random, 3, 0);
+	for (size_t i = 0; i < N; i++) {
+		double x = gnp_random_uniform(&random);
+		points[3 * i] = x * cos(1.22);
+		points[3 * i + 1] = gnp_random_uniform(&random);
+		points[3 * i + 2] = x * sin(1.22);
+		normals[3 * i + 2] = 1;
+	}
+	const struct gnp_cloud cloud = {N, points, normals};
+	CHECK(gnp_domain_make(&cloud, &options.laplacian.domain, pool, NULL, &domain, NULL) == GNP_OK);
+	for (size_t i = 0; i < N; i++) {
+		const double *chosen = domain.prepared.unfitted + 3 * i;
+		CHECK_NEAR(chosen[2], cos(1.22), 1e-6); /* the plane's, not what was given */
+		area += domain.area[i];
+	}
+	CHECK_NEAR(area, 1, 0.02);
+	gnp_domain_clear(&domain);
+}
+
 /* A point that looks the other way is nobody's neighbour, and still no piece of its own: it has the value of one
  * nearby. */
 static void contrary_points_are_tied(void)
@@ -268,6 +296,7 @@ int main(int argc, char **argv)
 		TEST(open_edges_are_natural),
 		TEST(lone_points_keep_to_themselves),
 		TEST(folds_part_nothing),
+		TEST(crude_normals_say_the_side),
 		TEST(contrary_points_are_tied),
 	};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
