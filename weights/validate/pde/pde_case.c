@@ -95,8 +95,8 @@ static gnp_status judge_values(struct judge *judge, struct gnp_pde_errors *error
 	while (known->eigenvalue && status == GNP_OK && zeros + known->eigenvalues != asked && asked < COUNT_MOST) {
 		struct gnp_spectrum spectrum;
 		asked = zeros + known->eigenvalues;
-		status = gnp_spectrum_run(&judge->cloud, &judge->options, asked, accuracy, judge->pool, judge->task,
-		                          &spectrum, &why);
+		const struct gnp_spectrum_wanted wanted = {.count = asked, .tolerance = accuracy};
+		status = gnp_spectrum_run(&judge->cloud, &judge->options, &wanted, judge->pool, judge->task, &spectrum, &why);
 		if (status != GNP_OK)
 			break;
 		zeros = count_zeros(&spectrum, known->eigenvalue[known->pieces]);
@@ -180,6 +180,25 @@ static gnp_status judge_dirichlet(struct judge *judge, double *spare, struct gnp
 	return note(judge, status, &why, error);
 }
 
+static gnp_status judge_dirichlet_values(struct judge *judge, struct gnp_pde_errors *errors, struct gnp_error *error)
+{
+	const struct gnp_pde_case *known = judge->known;
+	const struct gnp_spectrum_wanted wanted = {.count = known->eigenvalues, .tolerance = accuracy};
+	struct gnp_poisson_options options = judge->options;
+	struct gnp_spectrum spectrum;
+	struct gnp_error why = {0};
+	double median;
+	if (!known->dirichlet_value)
+		return GNP_OK;
+	options.fixed = known->fixed;
+	gnp_status status = gnp_spectrum_run(&judge->cloud, &options, &wanted, judge->pool, judge->task, &spectrum, &why);
+	if (status != GNP_OK)
+		return note(judge, status, &why, error);
+	compare_values(spectrum.value, known->dirichlet_value, known->eigenvalues, &median, &errors->dirichlet_worst);
+	gnp_spectrum_clear(&spectrum);
+	return GNP_OK;
+}
+
 static gnp_status judge_heat(struct judge *judge, double *spare, struct gnp_pde_errors *errors,
                              struct gnp_error *error)
 {
@@ -218,6 +237,8 @@ static gnp_status judge_system(struct judge *judge, int system, double *spare, s
 		status = judge_values(judge, errors, error);
 	if (status == GNP_OK)
 		status = judge_dirichlet(judge, spare, errors, error);
+	if (status == GNP_OK)
+		status = judge_dirichlet_values(judge, errors, error);
 	if (status == GNP_OK)
 		status = judge_heat(judge, spare, errors, error);
 	errors->seconds = gnp_clock() - begun;

@@ -59,9 +59,9 @@ static void write_mesh(const struct gnp_pde_real_row *row, enum gnp_pde_side sid
 
 static void write_exact_head(const struct style *style, FILE *out)
 {
-	static const char *const columns[] = {"auto took", "median",    "worst", "its median", "its worst",
-	                                      "Poisson",   "its",       "heat",  "its",        "fixed rim",
-	                                      "its",       "distances", "worst", "area"};
+	static const char *const columns[] = {"auto took", "median", "worst",     "its median", "its worst",
+	                                      "Poisson",   "its",    "heat",      "its",        "fixed rim",
+	                                      "its",       "worst value", "its", "distances", "worst", "area"};
 	fprintf(out, "%s%-11s%s%-23s%s%6s", style->begin, "surface", style->between, "points are", style->between,
 	        "points");
 	for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
@@ -69,7 +69,7 @@ static void write_exact_head(const struct style *style, FILE *out)
 	fprintf(out, "%s\n", style->end);
 	if (style == &bars)
 		fputs("| --- | --- | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: "
-		      "| ---: | ---: |\n",
+		      "| ---: | ---: | ---: | ---: |\n",
 		      out);
 }
 
@@ -81,7 +81,8 @@ static void write_exact(const struct gnp_pde_real_row *row, const struct style *
 	const double errors[] = {
 		judged->chosen.median,    judged->chosen.worst,        judged->symmetric.median, judged->symmetric.worst,
 		judged->chosen.poisson,   judged->symmetric.poisson,   judged->chosen.heat,      judged->symmetric.heat,
-		judged->chosen.dirichlet, judged->symmetric.dirichlet, judged->distance,         judged->distance_worst,
+		judged->chosen.dirichlet, judged->symmetric.dirichlet, judged->chosen.dirichlet_worst,
+		judged->symmetric.dirichlet_worst, judged->distance, judged->distance_worst,
 		judged->area - 1};
 	for (size_t i = 0; i < sizeof errors / sizeof *errors; i++)
 		write_error(errors[i], style, out);
@@ -204,7 +205,8 @@ void gnp_pde_real_write_markdown(const struct gnp_pde_real_table *table, FILE *o
 		fprintf(out, "\n## %s\n", titles[section]);
 		if (section == GNP_PDE_EXACT)
 			fputs("20 eigenvalues, of spheres 24; heat is that of an eigenfunction when it has fallen to 1 / e, in\n"
-			      "400 steps; `fixed rim` is Poisson's equation with u given there. Points lie on rims unless said.\n\n",
+			      "400 steps; `fixed rim` is Poisson's equation with u given there, `worst value` the\n"
+			      "worst eigenvalue of functions that are zero there. Points lie on rims unless said.\n\n",
 			      out);
 		else
 			fputs("\n", out);

@@ -228,7 +228,8 @@ static void folds_part_nothing(void)
 	options.laplacian.domain.estimate.estimator = GNP_ESTIMATOR_GNP;
 	options.laplacian.domain.estimate.models = models;
 	const struct gnp_cloud cloud = {N, points, NULL};
-	CHECK(gnp_spectrum_run(&cloud, &options, 6, 1e-8, pool, NULL, &spectrum, NULL) == GNP_OK);
+	CHECK(gnp_spectrum_run(&cloud, &options, &(struct gnp_spectrum_wanted){.count = 6, .tolerance = 1e-8}, pool, NULL,
+	                       &spectrum, NULL) == GNP_OK);
 	static const double squares[6] = {0, 1, 4, 4, 5, 8}; /* times (pi / 2)^2 */
 	for (size_t k = 0; k < 6; k++)
 		CHECK_NEAR(spectrum.value[k] * 4 / 9.8696044010893586, squares[k], 0.01 * squares[k] + 1e-9);

@@ -123,6 +123,7 @@ static void errors_are_relative(void)
 	CHECK_AT_MOST(judged.symmetric.poisson, 0.01);
 	CHECK_AT_MOST(judged.symmetric.heat, 0.01);
 	CHECK_AT_MOST(judged.symmetric.dirichlet, 0.01);
+	CHECK_AT_MOST(judged.symmetric.dirichlet_worst, 0.02);
 	CHECK_AT_MOST(judged.distance, 0.02);
 	CHECK_NEAR(judged.area, 1, 0.01);
 	for (size_t k = 0; k <= known.eigenvalues; k++)
