@@ -52,7 +52,7 @@ COMPILE   = $(CC) -std=c11 -D_GNU_SOURCE -I. $(OPT) -g $(WARN) -fno-math-errno \
 LINK      = $(CC) -pthread $(SANFLAGS) $(LDFLAGS)
 
 sources = $(wildcard $(1)/*.c $(1)/*/*.c $(1)/*/*/*.c)
-MAINS  := server/gnpd.c clients/gnp.c weights/gnp-train.c weights/validate/gnp-validate.c
+MAINS  := server/gnpd.c clients/gnp.c weights/gnp-train.c weights/gnp-validate.c
 CORE   := $(call sources,core)
 VERSION := $(shell sed -n 's/^\#define GNP_VERSION "\(.*\)"/\1/p' core/base/version.h)
 PROTO  := $(call sources,proto)
@@ -73,7 +73,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde validate-real meshes peers train cards scans openapi install install-library deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde validate-pde-real validate-real meshes peers train cards scans openapi install install-library deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -129,7 +129,7 @@ $(OUT)/gnpd: $(OUT)/server/gnpd.o $(call object,$(RESERVE)) $(LIB_SERVER)
 	$(LINK) -o $@ $^ $(LIBS_SERVER) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp: $(OUT)/clients/gnp.o $(LIB_CLIENT)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
-$(OUT)/gnp-validate: $(OUT)/weights/validate/gnp-validate.o $(LIB_WEIGHTS)
+$(OUT)/gnp-validate: $(OUT)/weights/gnp-validate.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
 $(OUT)/gnp-train: $(OUT)/weights/gnp-train.o $(LIB_WEIGHTS)
 	$(LINK) -o $@ $^ $(LIBS_CLIENT) $(LIBS_PROTO) $(LIBS_CORE)
@@ -211,6 +211,9 @@ validate: $(OUT)/gnp-validate ## judge the estimators and the weights by the pap
 
 validate-pde: $(OUT)/gnp-validate ## judge PDE solutions by the paper's Table 2 and write weights/VALIDATION-PDE.md (20 minutes)
 	$< --table 2 --markdown weights/VALIDATION-PDE.md
+
+validate-pde-real: $(OUT)/gnp-validate meshes ## judge equations on meshes and exact surfaces and write weights/VALIDATION-PDE-REAL.md (20 minutes)
+	$< --table pde-real --meshes $(BUILD)/meshes --markdown weights/VALIDATION-PDE-REAL.md
 
 validate-real: $(OUT)/gnp-validate meshes peers ## judge normals on meshes and scans beside programs of others and write weights/VALIDATION-REAL.md (an hour)
 	$< --table real --ablate --meshes $(BUILD)/meshes --peers $(BUILD)/peers --markdown weights/VALIDATION-REAL.md --json $(OUT)/validation-real.json

@@ -190,17 +190,29 @@ static void make(const double *points, const double *normals, size_t centre, con
 			add_triangle(&fan, k, l, out);
 	}
 	add_rim(&fan, &polygon, out);
+	if (!(out->area > 0)) /* as much as a point that far from six others has */
+		out->area = sqrt(3) / 2 * fan.nearest * fan.nearest;
 }
 
 /* Where a star stays open there is nobody between its point and another sheet that faces the same way: what is steep is
- * not of this one. */
+ * not of this one, unless everything is, as at a tip. */
 void gnp_star_make(const double *points, const double *normals, size_t centre, const uint32_t *index, size_t count,
                    struct gnp_star *out)
 {
 	static const double STEEP = 0.4;
+	struct gnp_star flat;
 	make(points, normals, centre, index, count, INFINITY, out);
-	if (out->open)
-		make(points, normals, centre, index, count, STEEP, out);
+	if (!out->open)
+		return;
+	make(points, normals, centre, index, count, STEEP, &flat);
+	if (flat.triangles > 0)
+		*out = flat;
+}
+
+/* Those that run on over creases. */
+static const double *normals_of(const struct gnp_prepared *prepared)
+{
+	return prepared->unfitted ? prepared->unfitted : prepared->normals;
 }
 
 /* Whether all that is near is of one row, but for a few of the next: neighbours lie along the way to one that is
@@ -233,7 +245,7 @@ static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, 
 	if (status != GNP_OK)
 		return status;
 	*row = found.index;
-	gnp_star_make(prepared->points, prepared->normals, centre, found.index, found.start[1], out);
+	gnp_star_make(prepared->points, normals_of(prepared), centre, found.index, found.start[1], out);
 	return GNP_OK;
 }
 
@@ -264,7 +276,7 @@ static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const
 	const uint32_t *longer;
 	struct gnp_star closed;
 	*row = index;
-	gnp_star_make(prepared->points, prepared->normals, centre, index, count, out);
+	gnp_star_make(prepared->points, normals_of(prepared), centre, index, count, out);
 	if (!out->open || more <= count)
 		return GNP_OK;
 	if (is_in_a_row(prepared, centre, index, count))

@@ -22,7 +22,7 @@ struct gnp_star {
 	uint32_t neighbor[GNP_CELL_EDGES_MAX]; /* (edges) position in `index` */
 	double weight[GNP_CELL_EDGES_MAX];     /* (edges) half the sum of the cotangents of the angles across; may be < 0 */
 	/* The point's part of the triangles, by the mixed cells of Meyer et al. 2003, and of a strip along a ragged rim
-	 * [length^2]; 0: there are none. */
+	 * [length^2]; without a triangle, what the nearest neighbour leaves; 0: there is none. */
 	double area;
 	double rim;            /* the length of an open edge that the point stands for [length]; 0: it is at none */
 	size_t triangles;
@@ -40,8 +40,8 @@ typedef void (*gnp_star_visit)(void *context, size_t point, const struct gnp_sta
                                double farthest);
 
 /* Visits the stars of points begin .. end - 1 of a cloud, in order: of their nearest GNP_CELL_NEIGHBORS; where those do
- * not close the star, of twice as many if they do, or of GNP_STAR_NEIGHBORS if those near lie in a row.
- * GNP_OUT_OF_MEMORY. */
+ * not close the star, of twice as many if they do, or of GNP_STAR_NEIGHBORS if those near lie in a row. By the normals
+ * from before a fit where there are any: they run on over creases. GNP_OUT_OF_MEMORY. */
 gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,
                            void *context, struct gnp_scratch *scratch, struct gnp_error *error);
 

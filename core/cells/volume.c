@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
+#include "core/cells/attach.h"
 #include "core/cells/star.h"
 
 enum { POINTS_A_CHUNK = 512, EDGES = 20 };
@@ -31,6 +32,26 @@ static gnp_status stars_chunk(void *context, size_t begin, size_t end, struct gn
 	return gnp_stars_visit(work->prepared, begin, end, take_edges, context, scratch, error);
 }
 
+/* Once more where pieces were tied. */
+static gnp_status assemble(struct work *work, struct gnp_task *task, struct gnp_stiffness *out, struct gnp_error *error)
+{
+	size_t count = work->prepared->count, tied;
+	struct gnp_stiffness made;
+	gnp_status status = gnp_stiffness_make(count, EDGES, work->neighbor, work->weight, task, &made, error);
+	if (status != GNP_OK)
+		return status;
+	status = gnp_attach_pieces(work->prepared, &made, EDGES, work->neighbor, work->weight, &tied, error);
+	if (status == GNP_OK && tied > 0) {
+		gnp_stiffness_clear(&made);
+		return gnp_stiffness_make(count, EDGES, work->neighbor, work->weight, task, out, error);
+	}
+	if (status == GNP_OK)
+		*out = made;
+	else
+		gnp_stiffness_clear(&made);
+	return status;
+}
+
 gnp_status gnp_volume_stiffness(const struct gnp_prepared *prepared, struct gnp_pool *pool, struct gnp_task *task,
                                 struct gnp_stiffness *out, struct gnp_error *error)
 {
@@ -40,7 +61,7 @@ gnp_status gnp_volume_stiffness(const struct gnp_prepared *prepared, struct gnp_
 	                        ? gnp_pool_run(pool, task, count, POINTS_A_CHUNK, stars_chunk, &work, error)
 	                        : gnp_error_set(error, GNP_OUT_OF_MEMORY, "volumes: no memory for the stars of %zu points", count);
 	if (status == GNP_OK)
-		status = gnp_stiffness_make(count, EDGES, work.neighbor, work.weight, task, out, error);
+		status = assemble(&work, task, out, error);
 	free(work.neighbor);
 	free(work.weight);
 	return status;

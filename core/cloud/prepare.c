@@ -17,6 +17,7 @@ void gnp_prepared_clear(struct gnp_prepared *prepared)
 	free(prepared->order);
 	free(prepared->points);
 	free(prepared->normals);
+	free(prepared->unfitted);
 	gnp_neighbors_free(prepared->neighbors);
 	*prepared = (struct gnp_prepared){0};
 }

@@ -17,6 +17,7 @@ struct gnp_prepared {
 	uint32_t *order;   /* (count) caller's index of each point */
 	double *points;    /* (count, 3) */
 	double *normals;   /* (count, 3) unit, outward */
+	double *unfitted;  /* (count, 3) those that an estimator's took the place of, to the same side; NULL: none did */
 	struct gnp_neighbors *neighbors;
 	size_t components; /* connected components oriented; 0 when normals were given */
 };

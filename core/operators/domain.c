@@ -6,6 +6,7 @@
 
 #include "core/base/memory.h"
 #include "core/cells/area.h"
+#include "core/operators/star_normals.h"
 
 void gnp_domain_clear(struct gnp_domain *domain)
 {
@@ -25,8 +26,8 @@ struct gnp_domain_facts gnp_domain_facts(const struct gnp_domain *domain)
 
 size_t gnp_domain_bytes(const struct gnp_domain *domain)
 {
-	/* order, points, normals, area, and the search tree with about 100 bytes a point */
-	return domain->prepared.count * (sizeof(uint32_t) + 7 * sizeof(double) + 100) +
+	/* order, points, normals twice, area, and the search tree with about 100 bytes a point */
+	return domain->prepared.count * (sizeof(uint32_t) + 10 * sizeof(double) + 100) +
 	       domain->dropped * (sizeof(uint32_t) + 3 * sizeof(double)) + domain->copies.count * sizeof(struct gnp_copy);
 }
 
@@ -35,6 +36,18 @@ static void take_rows(const struct gnp_prepared *prepared, const double *from, d
 {
 	for (size_t i = 0; i < prepared->count; i++)
 		memcpy(to + 3 * i, from + 3 * (size_t)prepared->order[i], 3 * sizeof(double));
+}
+
+/* Those from before stay beside them. */
+static gnp_status take_normals(struct gnp_prepared *prepared, const double *fitted, struct gnp_error *error)
+{
+	double *normals = gnp_array_new(prepared->count, 3 * sizeof *normals);
+	if (!normals)
+		return gnp_no_memory("normals", prepared->count, "points", error);
+	prepared->unfitted = prepared->normals;
+	prepared->normals = normals;
+	take_rows(prepared, fitted, normals);
+	return GNP_OK;
 }
 
 /* Points have moved: what was indexed is no more. */
@@ -54,8 +67,8 @@ static gnp_status settle(const struct gnp_domain_options *options, struct gnp_po
 	gnp_status status = gnp_estimate_prepared(&domain->prepared, &wanted, pool, task, &estimate, error);
 	if (status != GNP_OK)
 		return status;
-	take_rows(&domain->prepared, estimate.values[GNP_NORMALS], domain->prepared.normals);
-	if (options->project) {
+	status = take_normals(&domain->prepared, estimate.values[GNP_NORMALS], error);
+	if (status == GNP_OK && options->project) {
 		take_rows(&domain->prepared, estimate.values[GNP_POINTS], domain->prepared.points);
 		status = index_again(&domain->prepared, error);
 	}
@@ -64,7 +77,7 @@ static gnp_status settle(const struct gnp_domain_options *options, struct gnp_po
 	domain->outliers = estimate.outliers;
 	domain->model = estimate.model;
 	gnp_estimate_clear(&estimate);
-	return status;
+	return status == GNP_OK ? gnp_star_normals_choose(&domain->prepared, pool, task, error) : status;
 }
 
 static gnp_status measure(struct gnp_pool *pool, struct gnp_task *task, struct gnp_domain *domain,

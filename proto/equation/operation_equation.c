@@ -62,14 +62,14 @@ static double operator_width(size_t points, const struct gnp_poisson_options *op
 	return square ? 750 + stencil * (19.5 * doublings - 105) : stencil * (31.5 * doublings - 27);
 }
 
-/* What is held beside the operator: the cloud, its domain, and for each side five numbers a point (source, values or a step's source, solution, and
+/* What is held beside the operator: the cloud, its domain with normals from before the fit, and for each side five numbers a point (source, values or a step's source, solution, and
  * what they are in the solver's order) and its reports; the solver itself takes a block of sides at a time. */
 static size_t with_operator(const struct gnp_call *call, const struct gnp_equation_options *options, double width, size_t sides)
 {
-	enum { SIDE = 5 * sizeof(double), REPORTS = 192, BLOCK = 8 };
+	enum { SIDE = 5 * sizeof(double), REPORTS = 192, BLOCK = 8, UNFITTED = 3 * sizeof(double) };
 	size_t points = call->points, estimate = gnp_estimate_memory(points, gnp_common_given(call), &options->core.laplacian.domain.estimate);
 	size_t fixed = gnp_common_memory(sides, REPORTS, gnp_common_memory(1, gnp_common_cloud_memory(call), estimate));
-	size_t all = gnp_common_memory(points, (size_t)fmax(width, 0) + BLOCK * SIDE, fixed);
+	size_t all = gnp_common_memory(points, (size_t)fmax(width, 0) + BLOCK * SIDE + UNFITTED, fixed);
 	return gnp_common_memory(gnp_common_memory(points, sides, 0), SIDE, all);
 }
 

@@ -1,35 +1,11 @@
 #include "weights/validate/real_command.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "clients/session.h"
-#include "core/base/names.h"
 #include "weights/validate/real_run.h"
 #include "weights/validate/table_file.h"
-
-static gnp_status parse_sections(const struct gnp_arguments *arguments, unsigned *sections, struct gnp_error *error)
-{
-	unsigned chosen = 0;
-	for (const char *word = gnp_arguments_get(arguments, "sections", NULL); word;) {
-		size_t length = strcspn(word, ",");
-		struct gnp_names known;
-		unsigned i = 0;
-		gnp_names_begin(&known, word, length);
-		for (; gnp_real_section_name(i); i++) {
-			gnp_names_add(&known, gnp_real_section_name(i));
-			if (strlen(gnp_real_section_name(i)) == length && memcmp(gnp_real_section_name(i), word, length) == 0)
-				break;
-		}
-		if (!gnp_real_section_name(i))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--sections: got '%.*s', need some of %s",
-			                     length < 40 ? (int)length : 40, word, gnp_names_end(&known));
-		chosen |= 1u << i;
-		word = word[length] ? word + length + 1 : NULL;
-	}
-	*sections = chosen ? chosen : *sections;
-	return GNP_OK;
-}
+#include "weights/validate/word_list.h"
 
 static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_real_plan *plan, uint64_t *workers,
                              struct gnp_error *error)
@@ -55,7 +31,9 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct gnp_r
 	plan->only = gnp_arguments_get(arguments, "only", NULL);
 	plan->tune = gnp_arguments_has(arguments, "tune");
 	plan->ablate = gnp_arguments_has(arguments, "ablate");
-	return status == GNP_OK ? parse_sections(arguments, &plan->sections, error) : status;
+	return status == GNP_OK
+	           ? gnp_word_list_parse(arguments, "sections", gnp_real_section_name, &plan->sections, error)
+	           : status;
 }
 
 static gnp_status run_plan(const struct gnp_real_plan *plan, const struct gnp_models *models, unsigned workers,

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clients/file_io.h"
 #include "weights/validate/method.h"
 #include "weights/validate/real_body.h"
+#include "weights/validate/real_list.h"
 #include "weights/validate/real_scan.h"
 
 struct run {
@@ -193,60 +193,27 @@ static gnp_status take_vertices(struct run *run, const char *name, const struct 
 	return status == GNP_OK ? take_cloud(run, GNP_REAL_VERTICES, name, "vertices", &cloud, error) : status;
 }
 
-static gnp_status take_mesh(struct run *run, const char *name, struct gnp_error *error)
+static gnp_status take_mesh(void *context, const char *name, const struct gnp_real_mesh *mesh, struct gnp_error *error)
 {
-	struct gnp_real_mesh mesh;
-	char path[1200];
-	snprintf(path, sizeof path, "%s/%s.ply", run->plan->meshes, name);
-	gnp_status status = gnp_real_mesh_read(path, &mesh, error);
-	struct gnp_real_mesh_fact *fact = status == GNP_OK ? gnp_real_table_add_mesh(&run->table) : NULL;
-	if (status != GNP_OK)
-		return status;
+	struct run *run = context;
+	struct gnp_real_mesh_fact *fact = gnp_real_table_add_mesh(&run->table);
 	if (!fact)
-		status = gnp_no_memory("table", run->table.mesh_count + 1, "meshes", error);
-	else {
-		fact->vertices = mesh.vertex_count;
-		fact->triangles = mesh.triangle_count;
-		snprintf(fact->name, sizeof fact->name, "%s", name);
-	}
-	if (status == GNP_OK && run->plan->sections >> GNP_REAL_SAMPLES & 1)
-		status = take_samples(run, name, &mesh, error);
+		return gnp_no_memory("table", run->table.mesh_count + 1, "meshes", error);
+	fact->vertices = mesh->vertex_count;
+	fact->triangles = mesh->triangle_count;
+	snprintf(fact->name, sizeof fact->name, "%s", name);
+	gnp_status status = GNP_OK;
+	if (run->plan->sections >> GNP_REAL_SAMPLES & 1)
+		status = take_samples(run, name, mesh, error);
 	if (status == GNP_OK && run->plan->sections >> GNP_REAL_VERTICES & 1)
-		status = take_vertices(run, name, &mesh, error);
-	gnp_real_mesh_clear(&mesh);
+		status = take_vertices(run, name, mesh, error);
 	return status;
 }
 
-static bool is_wanted(const char *list, const char *name)
-{
-	size_t length = strlen(name);
-	for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL)
-		if (strncmp(at, name, length) == 0 && (at[length] == ',' || at[length] == '\0'))
-			return true;
-	return !list;
-}
-
-/* Lines of meshes.txt are "NAME judge" or "NAME tune". */
 static gnp_status take_meshes(struct run *run, struct gnp_error *error)
 {
-	char path[1200], name[64], role[16];
-	struct gnp_buffer list = {0};
-	int length = 0;
-	snprintf(path, sizeof path, "%s/meshes.txt", run->plan->meshes ? run->plan->meshes : "");
-	gnp_status status = run->plan->meshes ? gnp_file_read(path, &list, error)
-	                                      : gnp_error_set(error, GNP_INVALID_ARGUMENT,
-	                                                      "meshes: got none, need a folder as deploy/fetch-meshes.sh "
-	                                                      "fills it");
-	if (status == GNP_OK)
-		status = gnp_buffer_append(&list, "", 1, error);
-	for (const char *at = (const char *)list.data;
-	     status == GNP_OK && sscanf(at, "%63s %15s%n", name, role, &length) == 2; at += length)
-		if ((strcmp(role, "tune") == 0) == run->plan->tune && is_wanted(run->plan->only, name))
-			status = take_mesh(run, name, error);
-	gnp_buffer_clear(&list);
-	if (status == GNP_OK && run->table.mesh_count == 0)
-		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: names no mesh that is wanted", path);
-	return status;
+	const struct gnp_real_list list = {run->plan->meshes, run->plan->only, run->plan->tune};
+	return gnp_real_list_visit(&list, take_mesh, run, error);
 }
 
 /* ---- What needs no mesh ---- */

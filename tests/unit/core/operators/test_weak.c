@@ -6,6 +6,7 @@
 #include "core/equations/heat.h"
 #include "core/equations/spectrum.h"
 #include "core/estimate/estimate_options.h"
+#include "core/model/models.h"
 #include "tests/unit/test.h"
 
 static struct gnp_pool *pool;
@@ -208,6 +209,85 @@ static void lone_points_keep_to_themselves(void)
 	gnp_poisson_release(poisson);
 }
 
+/* A sheet of 2 x 1 folded square is that sheet: the estimator's normals, which keep to one side of the fold, would
+ * part it. */
+static void folds_part_nothing(void)
+{
+	enum { SIDE = 31, N = SIDE * (2 * SIDE - 1) };
+	static double points[3 * N];
+	struct gnp_models *models;
+	struct gnp_spectrum spectrum;
+	for (size_t i = 0; i < N; i++) {
+		double along = (double)(i / SIDE) / (SIDE - 1);
+		points[3 * i] = fmin(along, 1);
+		points[3 * i + 1] = (double)(i % SIDE) / (SIDE - 1);
+		points[3 * i + 2] = fmax(along - 1, 0);
+	}
+	CHECK(gnp_models_load("weights", &models, NULL) == GNP_OK); /* tests run in the repository's root */
+	struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
+	options.laplacian.domain.estimate.estimator = GNP_ESTIMATOR_GNP;
+	options.laplacian.domain.estimate.models = models;
+	const struct gnp_cloud cloud = {N, points, NULL};
+	CHECK(gnp_spectrum_run(&cloud, &options, &(struct gnp_spectrum_wanted){.count = 6, .tolerance = 1e-8}, pool, NULL,
+	                       &spectrum, NULL) == GNP_OK);
+	static const double squares[6] = {0, 1, 4, 4, 5, 8}; /* times (pi / 2)^2 */
+	for (size_t k = 0; k < 6; k++)
+		CHECK_NEAR(spectrum.value[k] * 4 / 9.8696044010893586, squares[k], 0.01 * squares[k] + 1e-9);
+	gnp_spectrum_clear(&spectrum);
+	gnp_models_release(models);
+}
+
+/* A square that is turned up by 70 degrees, with normals that only say which side is up. */
+static void crude_normals_say_the_side(void)
+{
+	enum { SIDE = 31, N = SIDE * SIDE };
+	static double points[3 * N], normals[3 * N];
+	struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
+	struct gnp_domain domain;
+	struct gnp_random random;
+	double area = 0;
+	gnp_random_seed(&random, 3, 0);
+	for (size_t i = 0; i < N; i++) {
+		double x = gnp_random_uniform(&random);
+		points[3 * i] = x * cos(1.22);
+		points[3 * i + 1] = gnp_random_uniform(&random);
+		points[3 * i + 2] = x * sin(1.22);
+		normals[3 * i + 2] = 1;
+	}
+	const struct gnp_cloud cloud = {N, points, normals};
+	CHECK(gnp_domain_make(&cloud, &options.laplacian.domain, pool, NULL, &domain, NULL) == GNP_OK);
+	for (size_t i = 0; i < N; i++) {
+		const double *chosen = domain.prepared.unfitted + 3 * i;
+		CHECK_NEAR(chosen[2], cos(1.22), 1e-6); /* the plane's, not what was given */
+		area += domain.area[i];
+	}
+	CHECK_NEAR(area, 1, 0.02);
+	gnp_domain_clear(&domain);
+}
+
+/* A point that looks the other way is nobody's neighbour, and still no piece of its own: it has the value of one
+ * nearby. */
+static void contrary_points_are_tied(void)
+{
+	enum { SIDE = 31, N = SIDE * SIDE, CONTRARY = SIDE * SIDE / 2 };
+	static double points[3 * N], normals[3 * N], f[N], u[N];
+	struct gnp_poisson_options options = options_with(GNP_SYSTEM_SYMMETRIC);
+	struct gnp_poisson *poisson;
+	for (size_t i = 0; i < N; i++) {
+		points[3 * i] = (double)(i % SIDE) / (SIDE - 1);
+		points[3 * i + 1] = (double)(i / SIDE) / (SIDE - 1);
+		normals[3 * i + 2] = i == CONTRARY ? -1 : 1;
+		f[i] = 9.8696044010893586 * cos(3.14159265358979323846 * points[3 * i]);
+	}
+	const struct gnp_cloud cloud = {N, points, normals};
+	CHECK(gnp_poisson_prepare(&cloud, &options, pool, NULL, &poisson, NULL) == GNP_OK);
+	CHECK(gnp_poisson_info(poisson).components == 1);
+	CHECK(gnp_poisson_solve(poisson, f, NULL, 1, pool, NULL, u, NULL, NULL) == GNP_OK);
+	CHECK_NEAR(u[CONTRARY], 0, 0.11); /* cos pi x in the middle; a spacing away it is 0.105 */
+	CHECK_NEAR(u[0], 1, 0.02);
+	gnp_poisson_release(poisson);
+}
+
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {
@@ -216,6 +296,9 @@ int main(int argc, char **argv)
 		TEST(eigenvalues_are_real_and_those_of_the_surface),
 		TEST(open_edges_are_natural),
 		TEST(lone_points_keep_to_themselves),
+		TEST(folds_part_nothing),
+		TEST(crude_normals_say_the_side),
+		TEST(contrary_points_are_tied),
 	};
 	CHECK(gnp_pool_create(2, &pool, NULL) == GNP_OK);
 	int failed = RUN_TESTS(tests);

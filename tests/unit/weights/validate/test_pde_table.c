@@ -1,9 +1,9 @@
-#include "weights/validate/pde_table_write.h"
+#include "weights/validate/pde/pde_table_write.h"
 
 #include "core/equations/poisson.h"
 #include "core/linear/linalg.h"
 #include "tests/unit/test.h"
-#include "weights/validate/pde_truth.h"
+#include "weights/validate/pde/pde_truth.h"
 
 static struct gnp_pool *pool;
 

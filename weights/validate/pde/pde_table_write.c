@@ -1,8 +1,8 @@
-#include "weights/validate/pde_table_write.h"
+#include "weights/validate/pde/pde_table_write.h"
 
 #include <math.h>
 
-#include "weights/validate/pde_truth.h"
+#include "weights/validate/pde/pde_truth.h"
 
 /* Rows as text with columns, or as Markdown with bars. */
 struct style {

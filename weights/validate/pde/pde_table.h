@@ -7,7 +7,7 @@
 #include "core/base/pool.h"
 #include "core/model/models.h"
 #include "weights/protocol/protocol.h"
-#include "weights/validate/pde_problem.h"
+#include "weights/validate/pde/pde_problem.h"
 
 enum { GNP_PDE_SIZES = 6 };
 

@@ -1,4 +1,4 @@
-#include "weights/validate/pde_condition.h"
+#include "weights/validate/pde/pde_condition.h"
 
 #include <math.h>
 #include <stdlib.h>

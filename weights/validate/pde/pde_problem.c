@@ -1,4 +1,4 @@
-#include "weights/validate/pde_problem.h"
+#include "weights/validate/pde/pde_problem.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -6,7 +6,7 @@
 #include "core/base/memory.h"
 #include "core/base/vector.h"
 #include "weights/validate/method.h"
-#include "weights/validate/pde_truth.h"
+#include "weights/validate/pde/pde_truth.h"
 
 /* The last stands in for the paper's cow: features of many scales, made exactly. */
 static const char *const shapes[GNP_PDE_SHAPES] = {"bumpy_torus", "genus3", "genus2", "radial"};

@@ -1,8 +1,8 @@
-#include "weights/validate/pde_table.h"
+#include "weights/validate/pde/pde_table.h"
 
 #include <math.h>
 
-#include "weights/validate/pde_condition.h"
+#include "weights/validate/pde/pde_condition.h"
 
 static const size_t sizes[GNP_PDE_SIZES] = {5000, 10000, 20000, 50000, 100000, 200000};
 

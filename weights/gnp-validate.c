@@ -7,18 +7,20 @@
 #include "clients/options.h"
 #include "clients/program.h"
 #include "clients/session.h"
-#include "core/base/names.h"
 #include "weights/validate/ablation_table.h"
-#include "weights/validate/pde_table_write.h"
+#include "weights/validate/pde/pde_real_command.h"
+#include "weights/validate/pde/pde_table_write.h"
 #include "weights/validate/real_command.h"
 #include "weights/validate/table_file.h"
 #include "weights/validate/validation.h"
+#include "weights/validate/word_list.h"
 
 static const struct gnp_option options[] = {
 	{"full", 0, NULL, "the whole protocol: 40 shapes a family, 2,000 centres each (the default)"},
 	{"quick", 0, NULL, "4 shapes a family, 500 centres each, without pooled unless it is asked for"},
 	{"table", 0, "N", "which of the paper's tables: 1, geometry, or 2, the Laplace-Beltrami PDE (with --quick, "
-	                  "--points, --regimes, --markdown); real: normals on meshes and scans"},
+	                  "--points, --regimes, --markdown); real: normals on meshes and scans; pde-real: equations on "
+	                  "meshes and exact surfaces"},
 	{"estimators", 0, "LIST", "some of gnp, fit, pooled, gmls, adaptive (all whose weights are loaded)"},
 	{"weights-dir", 0, "DIR", "folder of the weights (../share/gnpd/weights beside the program, else ./weights)"},
 	{"families", 0, "LIST", "some of radial, toroidal"},
@@ -27,11 +29,11 @@ static const struct gnp_option options[] = {
 	{"centres", 0, "N", "centres a cloud"},
 	{"points", 0, "N", "points a cloud (100000)"},
 	{"workers", 0, "N", "threads (as many as there are cores)"},
-	{"meshes", 0, "DIR", "table real: folder that deploy/fetch-meshes.sh filled"},
+	{"meshes", 0, "DIR", "tables real and pde-real: folder that deploy/fetch-meshes.sh filled"},
 	{"peers", 0, "DIR", "table real: folder of programs of others to judge beside ours (none)"},
-	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans"},
-	{"only", 0, "LIST", "table real: these meshes alone"},
-	{"tune", 0, NULL, "table real: the meshes for decisions in training instead of those that judge"},
+	{"sections", 0, "LIST", "table real: some of samples, vertices, bodies, scans; pde-real: closed, open, exact"},
+	{"only", 0, "LIST", "tables real and pde-real: these meshes alone"},
+	{"tune", 0, NULL, "tables real and pde-real: the meshes for decisions in training instead of those that judge"},
 	{"ablate", 0, NULL, "tables 1 and real: each model without its trunk, with a random one, with constant outputs, "
 	                    "with node weights of one"},
 	{"json", 0, "FILE", "write the table, shape by shape, as JSON"},
@@ -39,9 +41,6 @@ static const struct gnp_option options[] = {
 	{"help", 0, NULL, "this text"},
 };
 enum { OPTIONS = sizeof options / sizeof options[0] };
-
-/* The i-th word an option's list may hold; NULL past the last. */
-typedef const char *(*name_fn)(unsigned i);
 
 static const char *family_name(unsigned i)
 {
@@ -58,36 +57,6 @@ static const char *method_name(unsigned i)
 {
 	const struct gnp_method_info *info = gnp_method_info((enum gnp_method)i);
 	return info ? info->name : NULL;
-}
-
-static gnp_status unknown_word(const char *option, const char *word, size_t length, name_fn name, struct gnp_error *error)
-{
-	struct gnp_names known;
-	gnp_names_begin(&known, word, length);
-	for (unsigned i = 0; name(i); i++)
-		gnp_names_add(&known, name(i));
-	return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: got '%.*s', need some of %s", option, length < 40 ? (int)length : 40, word,
-	                     gnp_names_end(&known));
-}
-
-/* Sets *mask to the words of a list; leaves it when the option was not given. */
-static gnp_status parse_list(const struct gnp_arguments *arguments, const char *option, name_fn name, unsigned *mask,
-                             struct gnp_error *error)
-{
-	const char *word = gnp_arguments_get(arguments, option, NULL);
-	unsigned chosen = 0;
-	while (word) {
-		size_t length = strcspn(word, ",");
-		unsigned i = 0;
-		while (name(i) && !(strlen(name(i)) == length && memcmp(name(i), word, length) == 0))
-			i++;
-		if (!name(i))
-			return unknown_word(option, word, length, name, error);
-		chosen |= 1u << i;
-		word = word[length] ? word + length + 1 : NULL;
-	}
-	*mask = chosen ? chosen : *mask;
-	return GNP_OK;
 }
 
 struct plan {
@@ -126,7 +95,7 @@ static gnp_status refuse_real(const struct gnp_arguments *arguments, struct gnp_
 	static const char *const names[] = {"meshes", "peers", "sections", "only", "tune"};
 	for (size_t i = 0; i < sizeof names / sizeof *names; i++)
 		if (gnp_arguments_has(arguments, names[i]))
-			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table real", names[i]);
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "--%s: is of table real or pde-real", names[i]);
 	return GNP_OK;
 }
 
@@ -142,12 +111,12 @@ static gnp_status parse_plan(const struct gnp_arguments *arguments, struct plan 
 	if (status == GNP_OK)
 		status = parse_sizes(arguments, plan, error);
 	if (status == GNP_OK)
-		status = parse_list(arguments, "estimators", method_name, &methods, error);
+		status = gnp_word_list_parse(arguments, "estimators", method_name, &methods, error);
 	gnp_selection_take(&plan->selection, methods);
 	if (status == GNP_OK)
-		status = parse_list(arguments, "families", family_name, &plan->selection.families, error);
+		status = gnp_word_list_parse(arguments, "families", family_name, &plan->selection.families, error);
 	if (status == GNP_OK)
-		status = parse_list(arguments, "regimes", regime_name, &plan->selection.regimes, error);
+		status = gnp_word_list_parse(arguments, "regimes", regime_name, &plan->selection.regimes, error);
 	return status;
 }
 
@@ -239,7 +208,7 @@ static gnp_status parse_pde_plan(const struct gnp_arguments *arguments, struct g
 	if (status == GNP_OK)
 		status = gnp_arguments_integer(arguments, "workers", 1, 1024, workers, error);
 	plan->points = points;
-	return status == GNP_OK ? parse_list(arguments, "regimes", regime_name, &plan->regimes, error) : status;
+	return status == GNP_OK ? gnp_word_list_parse(arguments, "regimes", regime_name, &plan->regimes, error) : status;
 }
 
 static enum gnp_exit validate_pde(const struct gnp_arguments *arguments, struct gnp_error *error)
@@ -273,6 +242,8 @@ static enum gnp_exit validate(const struct gnp_arguments *arguments, struct gnp_
 		return validate_pde(arguments, error);
 	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "real") == 0)
 		return gnp_real_command(arguments, error);
+	if (strcmp(gnp_arguments_get(arguments, "table", "1"), "pde-real") == 0)
+		return gnp_pde_real_command(arguments, error);
 	struct plan plan;
 	struct judged judged = {.ablated = gnp_arguments_has(arguments, "ablate")};
 	if (parse_plan(arguments, &plan, error) != GNP_OK)

@@ -2,7 +2,7 @@
 #ifndef GNP_WEIGHTS_PDE_TABLE_WRITE_H
 #define GNP_WEIGHTS_PDE_TABLE_WRITE_H
 
-#include "weights/validate/pde_table.h"
+#include "weights/validate/pde/pde_table.h"
 
 void gnp_pde_table_write_text(const struct gnp_pde_table *table, FILE *out);
 void gnp_pde_table_write_markdown(const struct gnp_pde_table *table, FILE *out);

@@ -1,4 +1,4 @@
-#include "weights/validate/pde_truth.h"
+#include "weights/validate/pde/pde_truth.h"
 
 #include <math.h>
 #include <stdlib.h>
