@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 #include "proto/equation/operation_equation.h"
 
 struct options {
