@@ -27,7 +27,7 @@
 #include "core/base/version.h"
 #include "core/base/warning.h"
 #include "core/cloud/cloud.h"
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 #include "core/equations/heat.h"
 #include "core/equations/poisson.h"
 #include "core/equations/spectrum.h"

@@ -3,13 +3,14 @@
 #include <stdlib.h>
 
 #include "core/base/memory.h"
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 #include "proto/equation/operation_equation.h"
 
 struct options {
 	struct gnp_equation_options equation; /* its domain alone counts */
 	int source;
 	bool log;
+	uint64_t outputs;
 };
 
 static const struct gnp_tensor_info inputs[] = {
@@ -21,7 +22,7 @@ static const struct gnp_tensor_info inputs[] = {
 	{"pairs", GNP_INT64, 2, {-2, 2}, true, "points, by index, whose distance from each other is wanted"},
 };
 
-enum output { DISTANCE, PAIR_DISTANCE, PARALLEL, LOG, BASIS };
+enum output { DISTANCE, PAIR_DISTANCE, PARALLEL, LOG, BASIS, OUTPUTS };
 
 static const struct gnp_tensor_info outputs[] = {
 	[DISTANCE] = {"distance", GNP_FP64, 1, {-1}, false,
@@ -45,6 +46,7 @@ static const struct gnp_parameter parameters[] = {
 	 "the log map of a single source, too: where every point lies in its tangent plane"},
 	GNP_EQUATION_FILTER(struct options),
 	GNP_COMMON_PARAMETERS(struct options, equation.core.laplacian.domain.estimate, equation.weights),
+	GNP_COMMON_OUTPUTS(struct options),
 };
 
 static void defaults(void *options)
@@ -53,12 +55,33 @@ static void defaults(void *options)
 	gnp_equation_defaults(&o->equation);
 	o->source = 0;
 	o->log = false;
+	o->outputs = (UINT64_C(1) << OUTPUTS) - 1;
+}
+
+/* What an output is made of has to be there where it is asked for by name; else there is none of it. */
+static gnp_status settle_outputs(const struct gnp_request *request, struct options *o, struct gnp_error *error)
+{
+	static const char *const needs[] = {
+		[PAIR_DISTANCE] = "the input pairs", [PARALLEL] = "the input vectors", [LOG] = "log=true", [BASIS] = "log=true"};
+	const bool there[] = {[DISTANCE] = true, [PAIR_DISTANCE] = gnp_tensors_find(&request->inputs, "pairs"),
+	                      [PARALLEL] = gnp_tensors_find(&request->inputs, "vectors"), [LOG] = o->log, [BASIS] = o->log};
+	bool by_name = request->output_count || o->outputs != (UINT64_C(1) << OUTPUTS) - 1;
+	for (int i = 0; i < OUTPUTS; i++) {
+		if (there[i] || !(o->outputs >> i & 1))
+			continue;
+		if (by_name)
+			return gnp_error_set(error, GNP_INVALID_ARGUMENT, "%s: needs %s", outputs[i].name, needs[i]);
+		o->outputs &= ~(UINT64_C(1) << i);
+	}
+	return GNP_OK;
 }
 
 static gnp_status check(struct gnp_call *call, struct gnp_error *error)
 {
 	const struct options *o = gnp_call_options(call);
-	gnp_status status = gnp_equation_check(call, error);
+	gnp_status status = settle_outputs(call->request, (void *)call->options, error);
+	if (status == GNP_OK)
+		status = gnp_equation_check(call, error);
 	if (status == GNP_OK && !gnp_tensors_find(&call->request->inputs, "sources") && (size_t)o->source >= call->points)
 		status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "source: got %d, need at most %zu", o->source,
 		                       call->points - 1);
@@ -206,15 +229,23 @@ static gnp_status answer_parallel(const struct asked *asked, const struct gnp_te
 	return status;
 }
 
-static gnp_status answer_log(const struct asked *asked, struct gnp_error *error)
+static bool is_wanted(const struct options *o, enum output which)
 {
-	struct gnp_tensor *log;
-	double basis[2][3];
-	gnp_status status = add(asked, LOG, asked->points, &log, error);
-	if (status == GNP_OK)
-		status = gnp_geodesic_log(asked->geodesic, asked->sources[0], asked->pool, asked->task, log->data, basis,
-		                          error);
-	return status == GNP_OK ? gnp_common_add_copy(asked->outputs, &outputs[BASIS], 2, basis, error) : status;
+	return o->outputs >> which & 1;
+}
+
+static gnp_status answer_log(const struct asked *asked, const struct options *o, struct gnp_error *error)
+{
+	double basis[2][3], *log = gnp_array_new(asked->points, 2 * sizeof *log);
+	gnp_status status = log ? gnp_geodesic_log(asked->geodesic, asked->sources[0], asked->pool, asked->task, log, basis,
+	                                           error)
+	                        : gnp_no_memory("log", asked->points, "points", error);
+	if (status == GNP_OK && is_wanted(o, LOG))
+		status = gnp_common_add_numbers(asked->outputs, &outputs[LOG], GNP_FP64, asked->points, &log, asked->task, error);
+	if (status == GNP_OK && is_wanted(o, BASIS))
+		status = gnp_common_add_copy(asked->outputs, &outputs[BASIS], 2, basis, error);
+	free(log);
+	return status;
 }
 
 static gnp_status answer(const struct asked *asked, const struct gnp_call *call, const uint32_t (*pairs)[2],
@@ -222,12 +253,13 @@ static gnp_status answer(const struct asked *asked, const struct gnp_call *call,
 {
 	const struct options *o = gnp_call_options(call);
 	const struct gnp_tensor *vectors = gnp_tensors_find(&call->request->inputs, "vectors");
-	gnp_status status = answer_distance(asked, error);
-	if (status == GNP_OK && pairs)
+	gnp_status status = is_wanted(o, DISTANCE) ? answer_distance(asked, error) : GNP_OK;
+	if (status == GNP_OK && is_wanted(o, PAIR_DISTANCE))
 		status = answer_pairs(asked, pairs, pair_count, error);
-	if (status == GNP_OK && vectors)
+	if (status == GNP_OK && is_wanted(o, PARALLEL))
 		status = answer_parallel(asked, vectors, error);
-	return status == GNP_OK && o->log ? answer_log(asked, error) : status;
+	bool log = is_wanted(o, LOG) || is_wanted(o, BASIS);
+	return status == GNP_OK && log ? answer_log(asked, o, error) : status;
 }
 
 static gnp_status add_report(const struct gnp_geodesic *geodesic, bool found, size_t sources, const struct options *o,

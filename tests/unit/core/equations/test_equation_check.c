@@ -1,7 +1,7 @@
 /* What equations say of themselves: nothing on clouds that resolve their surface, the reason on those that do not. */
-#include "core/equations/geodesic_check.h"
+#include "core/geodesic/geodesic_check.h"
 #include "core/base/random.h"
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 #include "core/equations/heat.h"
 #include "core/equations/spectrum.h"
 #include "core/linear/linalg.h"

@@ -1,4 +1,4 @@
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -8,8 +8,8 @@
 #include "core/cells/cell.h"
 #include "core/cells/front.h"
 #include "core/cells/volume.h"
-#include "core/equations/geodesic_check.h"
-#include "core/equations/geodesic_parts.h"
+#include "core/geodesic/geodesic_check.h"
+#include "core/geodesic/geodesic_parts.h"
 #include "core/operators/operator_check.h"
 
 void gnp_geodesic_free(struct gnp_geodesic *geodesic)

@@ -6,8 +6,8 @@
 #include "core/base/memory.h"
 #include "core/base/vector.h"
 #include "core/cells/front.h"
-#include "core/equations/geodesic.h"
-#include "core/equations/geodesic_parts.h"
+#include "core/geodesic/geodesic.h"
+#include "core/geodesic/geodesic_parts.h"
 
 /* A way that is asked for, between places in curve order. */
 struct way {

@@ -1,4 +1,4 @@
-#include "core/equations/geodesic.h"
+#include "core/geodesic/geodesic.h"
 #include "core/linear/linalg.h"
 #include "tests/oracles/manufactured.h"
 #include "tests/unit/test.h"

@@ -1,4 +1,4 @@
-#include "core/equations/geodesic_check.h"
+#include "core/geodesic/geodesic_check.h"
 
 #include <math.h>
 #include <stdlib.h>
