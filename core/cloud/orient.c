@@ -8,6 +8,7 @@
 #include "core/cloud/distinct.h"
 #include "core/cloud/orient_graph.h"
 #include "core/cloud/outward.h"
+#include "core/cloud/settle.h"
 
 enum {
 	NEIGHBOURS = 16,
@@ -20,7 +21,7 @@ struct signs {
 	struct gnp_orient_graph *graph;
 	struct gnp_forest forest;
 	uint32_t *members; /* (count) points by set */
-	uint32_t *label;   /* (count) the set of each; the graph's index, which has done its work */
+	uint32_t *label;   /* (count) the set of each */
 };
 
 static gnp_status no_memory(size_t points, struct gnp_error *error)
@@ -61,9 +62,8 @@ static int compare_majorities(const void *x, const void *y)
 
 /* Joins large sets that only doubtful edges connect: not by the best of these but by the majority of all, clearest
  * first. A tie leaves the two apart. */
-static gnp_status vote(struct signs *signs, size_t count, struct gnp_error *error)
+static gnp_status vote(struct signs *signs, const struct gnp_orient_edge *edges, size_t count, struct gnp_error *error)
 {
-	const struct gnp_orient_edge *edges = signs->graph->edges;
 	struct ballot *ballots = gnp_array_new(count, sizeof *ballots);
 	size_t cast = 0, pairs = 0;
 	if (!ballots)
@@ -89,6 +89,14 @@ static gnp_status vote(struct signs *signs, size_t count, struct gnp_error *erro
 	return GNP_OK;
 }
 
+/* Moves an edge to the end of those that wait: all edges are kept, sound ones in their order. */
+static void defer(struct gnp_orient_edge *edges, size_t from, size_t to)
+{
+	struct gnp_orient_edge edge = edges[from];
+	edges[from] = edges[to];
+	edges[to] = edge;
+}
+
 /* Kruskal, by weight, while edges are sound. Doubtful ones, and long ones (that lead to where points lie much
  * denser), join small sets only and vote on large ones. Long edges of fragments do not vote: an outlier between
  * two surfaces goes to one of them and does not bridge them. */
@@ -109,9 +117,9 @@ static gnp_status grow_forest(struct signs *signs, struct gnp_error *error)
 		bool joined = gnp_forest_join(&signs->forest, a, b, edge.to & 1, e < sound ? SIZE_MAX : graph->k);
 		bool fragment = e >= shorts && (graph->radius[a] == 0 || graph->radius[b] == 0);
 		if (e >= sound && !joined && !fragment)
-			graph->edges[deferred++] = edge;
+			defer(graph->edges, e, sound + deferred++);
 	}
-	return deferred ? vote(signs, deferred, error) : GNP_OK;
+	return deferred ? vote(signs, graph->edges + sound, deferred, error) : GNP_OK;
 }
 
 static void negate(double *n)
@@ -176,15 +184,15 @@ static gnp_status turn_outward(struct signs *signs, const size_t *end, size_t co
 	return GNP_OK;
 }
 
-
-/* Carries one sign through each component of a graph whose edges are sorted, and turns it outward. */
+/* Carries one sign through each component of a graph whose edges are sorted, mends it, and turns it outward. */
 static gnp_status propagate(struct gnp_orient_graph *graph, size_t *components, struct gnp_error *error)
 {
-	struct signs signs = {.graph = graph, .label = graph->index};
+	struct signs signs = {.graph = graph};
 	size_t *ends = NULL, found = 0;
 	gnp_status status = GNP_OK;
 	signs.members = gnp_array_new(graph->count, sizeof *signs.members);
-	if (!gnp_forest_init(&signs.forest, graph->count) || !signs.members)
+	signs.label = gnp_array_new(graph->count, sizeof *signs.label);
+	if (!gnp_forest_init(&signs.forest, graph->count) || !signs.members || !signs.label)
 		status = no_memory(graph->count, error);
 	if (status == GNP_OK)
 		status = grow_forest(&signs, error);
@@ -193,9 +201,12 @@ static gnp_status propagate(struct gnp_orient_graph *graph, size_t *components, 
 	if (status == GNP_OK)
 		status = sort_members(&signs, found, &ends, error);
 	if (status == GNP_OK)
+		status = gnp_settle(graph, &(struct gnp_surfaces){signs.label, signs.members, ends, found}, error);
+	if (status == GNP_OK)
 		status = turn_outward(&signs, ends, found, error);
 	free(ends);
 	free(signs.members);
+	free(signs.label);
 	gnp_forest_clear(&signs.forest);
 	if (status == GNP_OK && components)
 		*components = found;

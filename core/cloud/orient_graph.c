@@ -12,6 +12,8 @@
 /* Terms of an edge's weight besides 1 - |agreement of normals|, and the largest weight told apart. On noisy and
  * undersampled surfaces leaving the tangent planes is the best sign of an edge that misleads; 1 .. 4 serve alike. */
 static const double tangent_share = 2, distance_share = 0.02, worst = 3;
+/* From this weight an edge is not sound. */
+static const double doubtful = 0.5;
 /* An edge longer than this many times the smaller radius of its ends is a long one. */
 static const double long_ratio = 3;
 
@@ -19,7 +21,7 @@ enum {
 	CHUNK = 256,   /* points a worker takes at a time */
 	BLOCK = 8192,  /* points of a serial loop between two looks at the task */
 	SHORT = 24576, /* levels of short edges: 0 .. SHORT - 1; long ones take the rest */
-	DOUBTFUL = 10032, /* SHORT sqrt(0.5 / worst): from here edges are not sound */
+	DOUBTFUL = 10032, /* SHORT sqrt(doubtful / worst): from here edges are not sound */
 	LEVELS = 32767,
 	NO_EDGE = 65535, /* the key of an edge that the other end holds too */
 	ROOM = 4 /* a row may hold this many times the neighbours asked for, by ties, before its search is cut short */
@@ -96,6 +98,8 @@ static gnp_status fit_planes(void *context, size_t begin, size_t end, struct gnp
 		gnp_pca_fit(graph->points, rows.index + at, k + 1, &pca);
 		status = look_farther(graph, i, scratch, &pca, error);
 		memcpy(graph->normals + 3 * i, pca.axes[2], sizeof pca.axes[2]);
+		double thick = pca.values[1] > 0 ? sqrt(fmax(pca.values[2], 0) / pca.values[1]) : 1;
+		graph->thickness[i] = (unsigned char)(255 * fmin(thick, 1));
 	}
 	return status;
 }
@@ -111,11 +115,17 @@ static bool lists(const struct gnp_orient_graph *graph, size_t i, size_t j)
 	return false;
 }
 
+/* An edge as it carries an orientation. */
+struct carried {
+	double length, agreement; /* of the carried normal with the other end's */
+	double weight;            /* the less the more trusted; what its length adds is left out */
+};
+
 /* The normal of i is carried along the edge e as along a circular arc: by the mirror plane across e. So a fold's two
  * flanks, and the two sides of a thin wall, come out right where parallel transport would not. An edge is trusted
- * the more the better the carried normal agrees with that of j up to sign, the closer it lies to both tangent planes,
- * and the shorter it is. */
-static uint16_t edge_key(const struct gnp_orient_graph *graph, size_t i, size_t j)
+ * the more the better the carried normal agrees with that of j up to sign, and the closer it lies to both tangent
+ * planes. */
+static struct carried carry(const struct gnp_orient_graph *graph, size_t i, size_t j)
 {
 	const double *n = graph->normals + 3 * i, *m = graph->normals + 3 * j;
 	double e[3];
@@ -126,17 +136,32 @@ static uint16_t edge_key(const struct gnp_orient_graph *graph, size_t i, size_t 
 		along_m = gnp_dot(m, e) / length;
 	}
 	double agreement = gnp_dot(n, m) - 2 * along_n * along_m;
-	unsigned opposite = agreement < 0, level;
+	double leaving = tangent_share * 0.5 * (along_n * along_n + along_m * along_m);
+	return (struct carried){length, agreement, 1 - fmin(fabs(agreement), 1) + leaving};
+}
+
+/* Of edges that are trusted alike the shorter comes first. */
+static uint16_t edge_key(const struct gnp_orient_graph *graph, size_t i, size_t j)
+{
+	struct carried edge = carry(graph, i, j);
+	unsigned opposite = edge.agreement < 0, level;
 	double narrow = fmin(graph->radius[i], graph->radius[j]);
-	if (length > long_ratio * narrow) {
-		double octaves = log2(length / narrow) * 32;
+	if (edge.length > long_ratio * narrow) {
+		double octaves = log2(edge.length / narrow) * 32;
 		level = SHORT + (unsigned)fmin(octaves, LEVELS - 1 - SHORT);
 	} else {
-		double w = 1 - fmin(fabs(agreement), 1) + tangent_share * 0.5 * (along_n * along_n + along_m * along_m) +
-		           distance_share * length / (graph->radius[i] + graph->radius[j] + 1e-300);
+		double w = edge.weight + distance_share * edge.length / (graph->radius[i] + graph->radius[j] + 1e-300);
 		level = (unsigned)(sqrt(fmin(w / worst, 1)) * (SHORT - 1));
 	}
 	return (uint16_t)(level << 1 | opposite);
+}
+
+double gnp_orient_graph_trust(const struct gnp_orient_graph *graph, size_t i, size_t j)
+{
+	struct carried edge = carry(graph, i, j);
+	if (edge.length > long_ratio * fmin(graph->radius[i], graph->radius[j]))
+		return 0;
+	return copysign(fmax(0, 1 - edge.weight / doubtful), edge.agreement);
 }
 
 static gnp_status weigh_edges(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
@@ -221,7 +246,8 @@ static bool graph_take(struct gnp_orient_graph *graph)
 	graph->index = gnp_array_new(slots, sizeof *graph->index);
 	graph->key = gnp_array_new(slots, sizeof *graph->key);
 	graph->radius = gnp_array_new(graph->count, sizeof *graph->radius);
-	return graph->index && graph->key && graph->radius;
+	graph->thickness = gnp_array_new(graph->count, sizeof *graph->thickness);
+	return graph->index && graph->key && graph->radius && graph->thickness;
 }
 
 gnp_status gnp_orient_graph_make(struct gnp_orient_graph *graph, struct gnp_error *error)
@@ -239,5 +265,6 @@ void gnp_orient_graph_clear(struct gnp_orient_graph *graph)
 	free(graph->index);
 	free(graph->key);
 	free(graph->radius);
+	free(graph->thickness);
 	free(graph->edges);
 }

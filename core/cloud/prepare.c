@@ -7,10 +7,11 @@
 #include "core/base/memory.h"
 #include "core/cloud/belief.h"
 #include "core/cloud/orient.h"
+#include "core/cloud/settle.h"
 #include "core/search/order.h"
 
 /* FLANN's index, and what orienting takes beside the normals (samples, their graph, its order), as measured: bytes a point. */
-enum { INDEX = 56, ORIENTING = 184 };
+enum { INDEX = 56, ORIENTING = 240 };
 
 void gnp_prepared_clear(struct gnp_prepared *prepared)
 {
@@ -120,5 +121,5 @@ size_t gnp_prepared_memory(size_t count)
 
 size_t gnp_prepare_memory(size_t count, bool given)
 {
-	return gnp_prepared_memory(count) + (given ? 0 : count * ORIENTING);
+	return gnp_prepared_memory(count) + (given ? 0 : count * ORIENTING + gnp_settle_memory(count));
 }

@@ -24,7 +24,7 @@ struct gnp_prepared {
 
 /* cloud has passed gnp_cloud_check. Normals are scaled to unit length, or estimated and oriented (orient.h) when
  * absent. What cannot be believed of the cloud is warned of (belief.h). On failure *out is unchanged. O(n log n);
- * what is prepared takes 100 bytes a point, and 170 more while normals are estimated. */
+ * what is prepared takes 100 bytes a point, and 240 more while normals are estimated. */
 gnp_status gnp_prepare(const struct gnp_cloud *cloud, struct gnp_pool *pool, struct gnp_task *task,
                        struct gnp_prepared *out, struct gnp_error *error);
 
