@@ -73,7 +73,7 @@ REPLAYS  := $(FUZZERS:%=$(OUT)/tests/fuzz/replay_%)
 .DEFAULT_GOAL := all
 .SECONDARY:
 .DELETE_ON_ERROR:
-.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde validate-pde-real validate-real meshes peers train cards scans openapi install install-library deps clean help libraries
+.PHONY: FORCE all demo test unit check fuzz fuzzers property property-programs soak lint coverage covered bench validate validate-pde validate-pde-real validate-real meshes peers train cards scans flow-pictures openapi install install-library deps clean help libraries
 
 all: $(PROGRAMS) ## build gnpd (the daemon), gnp (the command line), gnp-validate (the judge) and gnp-train
 
@@ -235,6 +235,9 @@ demo: ## estimate the geometry of 100,000 noisy points over HTTP by all estimato
 
 scans: ## the same for two scanned models, fetched with npm
 	+@BUILD='$(BUILD)' OUT='$(OUT)' deploy/scans.sh
+
+flow-pictures: all ## run the paper's four flows and draw them into core/flow (minutes); POINTS=20000
+	@BUILD='$(BUILD)' OUT='$(OUT)' POINTS='$(or $(POINTS),20000)' deploy/flow-pictures.sh
 
 deps: ## install the Debian packages that building and testing need
 	deploy/install-deps.sh test

@@ -1,14 +1,15 @@
 #include "core/flow/flow.h"
 
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/flow/conformal.h"
 #include "core/flow/flow_checkpoint.h"
+#include "core/flow/flow_rules.h"
 #include "core/flow/flow_setup.h"
 #include "core/model/model.h"
+
+enum { HALVINGS_MOST = 8 };
 
 /* A flow under way. */
 struct flow {
@@ -30,51 +31,6 @@ struct flow {
 	struct gnp_flow result;
 };
 
-__attribute__((format(printf, 3, 4)))
-static void stop(struct flow *flow, enum gnp_flow_stop why, const char *format, ...)
-{
-	va_list arguments;
-	va_start(arguments, format);
-	vsnprintf(flow->result.reason, sizeof flow->result.reason, format, arguments);
-	va_end(arguments);
-	flow->result.stop = why;
-}
-
-/* ---- Rules that stop it ---- */
-
-/* How far points may jump back on average, in spacings, before the flow counts as unstable. */
-static const double FLING_MOST = 0.05;
-
-static double mean_spacing(const struct gnp_flow_state *state)
-{
-	return sqrt(state->total_area / (double)state->count);
-}
-
-/* Whether the state is one to go on from; else the reason is set. */
-static bool may_go_on(struct flow *flow)
-{
-	const struct gnp_flow_state *now = &flow->now;
-	const struct gnp_flow_options *o = flow->options;
-	double start = flow->result.records[0].area, fling = flow->move.dt * now->overshoot / mean_spacing(now);
-	if (!flow->conformal && fling > FLING_MOST)
-		stop(flow, GNP_FLOW_UNSTABLE,
-		     "points move to and fro by %.3g times their spacing, %.3g: dt, %.3g, is too large, or the curvature is "
-		                              "noise: take a smaller one, or scheme=semi_implicit",
-		     fling, now->dense, flow->move.dt);
-	else if (!flow->conformal && now->resolution > o->singularity)
-		stop(flow, GNP_FLOW_SINGULARITY,
-		     "curvature times spacing is %.3g (largest |H| %.3g, spacing %.3g), the limit is %g", now->resolution,
-		     now->curvature, mean_spacing(now), o->singularity);
-	else if (!flow->conformal && now->spread > o->spacing_limit * flow->result.spacing)
-		stop(flow, GNP_FLOW_SPACING, "points are %.3g apart, the limit is %.3g (%g times the start's)", now->spread,
-		     o->spacing_limit * flow->result.spacing, o->spacing_limit);
-	else if (now->total_area < 1e-6 * start)
-		stop(flow, GNP_FLOW_VANISHED, "the area is %.3g, at the start it was %.3g", now->total_area, start);
-	else
-		return true;
-	return false;
-}
-
 /* ---- States ---- */
 
 static gnp_status measure_by_estimate(struct flow *flow, struct gnp_flow_state *state, bool *finite,
@@ -95,7 +51,8 @@ static gnp_status measure_next(struct flow *flow, struct gnp_flow_state *next, b
 	gnp_status status;
 	*usable = false;
 	if (next->count < least) {
-		stop(flow, GNP_FLOW_VANISHED, "%zu points would be left, need at least %zu", next->count, least);
+		gnp_flow_result_stop(&flow->result, GNP_FLOW_VANISHED, "%zu points would be left, need at least %zu",
+		                     next->count, least);
 		return GNP_OK;
 	}
 	if (flow->conformal)
@@ -103,13 +60,15 @@ static gnp_status measure_next(struct flow *flow, struct gnp_flow_state *next, b
 	else
 		status = measure_by_estimate(flow, next, usable, &cause);
 	if (status == GNP_DEGENERATE) {
-		stop(flow, GNP_FLOW_VANISHED, "the points no longer determine a surface: %.180s", cause.text);
+		gnp_flow_result_stop(&flow->result, GNP_FLOW_VANISHED, "the points no longer determine a surface: %.180s",
+		                     cause.text);
 		return GNP_OK;
 	}
 	if (status != GNP_OK)
 		return gnp_error_set(error, status, "%s", cause.text);
 	if (!*usable)
-		stop(flow, GNP_FLOW_NOT_FINITE, "the geometry after the next step is not finite somewhere");
+		gnp_flow_result_stop(&flow->result, GNP_FLOW_NOT_FINITE,
+		                     "the geometry after the next step is not finite somewhere");
 	return GNP_OK;
 }
 
@@ -129,7 +88,7 @@ static gnp_status make_next(struct flow *flow, struct gnp_flow_state *next, stru
 	if (status != GNP_OK || *made)
 		return status;
 	const char *than = flow->move.scheme == GNP_FLOW_EXPLICIT ? "half their spacing" : "half their radius of curvature";
-	stop(flow, GNP_FLOW_UNSTABLE,
+	gnp_flow_result_stop(&flow->result, GNP_FLOW_UNSTABLE,
 	     "dt: got %g, a step would move points by %.3g times %s, need at most 1: take at most %.3g, or more smoothing",
 	     flow->move.dt, moved->too_far, than, flow->move.dt / moved->too_far);
 	return GNP_OK;
@@ -162,33 +121,46 @@ static gnp_status record(struct flow *flow, size_t step, const struct gnp_flow_m
 	return status;
 }
 
-/* An explicit step left open goes by the densest points. */
+/* A step that is left open goes by the start's spacing, explicit ones by the densest points. */
 static void follow_spacing(struct flow *flow)
 {
-	double h = fmin(flow->now.dense, flow->result.spacing);
-	if (isnan(flow->options->dt) && flow->move.scheme == GNP_FLOW_EXPLICIT)
-		flow->move.dt = gnp_flow_default_step(h);
+	flow->move.dt = gnp_flow_default_step(flow->options, &flow->result, flow->now.dense);
 }
 
-/* *stopped: a rule holds, its reason is set, and the state is the one before. */
+/* *next: measured; *usable false: it cannot be, and the reason is set. */
+static gnp_status try_step(struct flow *flow, struct gnp_flow_state *next, struct gnp_flow_moved *moved, bool *usable,
+                           struct gnp_error *error)
+{
+	gnp_status status = make_next(flow, next, moved, usable, error);
+	if (status == GNP_OK)
+		status = gnp_task_check(flow->task, error); /* much of a step is serial, and so is sorting */
+	if (status == GNP_OK && *usable)
+		status = sort_if_scattered(flow, next, moved->inserted, error);
+	if (status == GNP_OK && *usable)
+		status = measure_next(flow, next, usable, error);
+	if (status != GNP_OK || !*usable)
+		gnp_flow_state_clear(next);
+	return status;
+}
+
+/* A dt that is left open is halved until the step can be made. *stopped: it cannot, the reason is set, and the state is
+ * the one before. */
 static gnp_status advance(struct flow *flow, size_t step, bool *stopped, struct gnp_error *error)
 {
 	struct gnp_flow_state next = {0};
 	struct gnp_flow_moved moved = {0};
 	bool usable = false;
-	follow_spacing(flow);
-	gnp_status status = make_next(flow, &next, &moved, &usable, error);
-	if (status == GNP_OK)
-		status = gnp_task_check(flow->task, error); /* much of a step is serial, and so is sorting */
-	if (status == GNP_OK && usable)
-		status = sort_if_scattered(flow, &next, moved.inserted, error);
-	if (status == GNP_OK && usable)
-		status = measure_next(flow, &next, &usable, error);
-	*stopped = !usable;
-	if (status != GNP_OK || !usable) {
-		gnp_flow_state_clear(&next);
-		return status;
+	int halvings = isnan(flow->options->dt) && !flow->conformal ? HALVINGS_MOST : 0;
+	size_t unsorted = flow->unsorted;
+	gnp_status status = try_step(flow, &next, &moved, &usable, error);
+	for (; status == GNP_OK && !usable && halvings > 0; halvings--) {
+		flow->move.dt /= 2;
+		flow->unsorted = unsorted;
+		status = try_step(flow, &next, &moved, &usable, error);
 	}
+	*stopped = !usable;
+	if (status != GNP_OK || !usable)
+		return status;
 	gnp_flow_state_clear(&flow->now);
 	flow->now = next;
 	flow->time += flow->move.dt;
@@ -233,19 +205,27 @@ static void take_up(struct flow *flow, const struct gnp_cloud *cloud, const unsi
 	flow->clock = gnp_clock();
 }
 
+static const char *advice(const struct flow *flow)
+{
+	if (flow->result.stop != GNP_FLOW_SINGULARITY)
+		return "";
+	return flow->move.scheme == GNP_FLOW_EXPLICIT
+	           ? ": take scheme=semi_implicit, which rounds such places first, or smooth the cloud before"
+	           : ": take singularity=auto, or smooth the cloud before";
+}
+
 static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 {
 	size_t steps = (size_t)flow->options->steps;
 	gnp_task_stage(flow->task, GNP_STAGE_FLOW, steps);
 	gnp_task_skip(flow->task, flow->result.steps);
 	for (size_t step = flow->result.steps + 1; step <= steps; step++) {
-		bool stopped = !may_go_on(flow);
+		follow_spacing(flow);
+		bool stopped = !gnp_flow_may_go_on(flow->options, &flow->move, &flow->now, &flow->result);
 		gnp_status status = stopped ? GNP_OK : advance(flow, step, &stopped, error);
 		if (status == GNP_OK && stopped && step == 1)
-			status = gnp_error_set(error, GNP_INVALID_ARGUMENT,
-			                       "flow: no step can be taken (%s): %s%s", gnp_flow_stop_name(flow->result.stop),
-			                       flow->result.reason, flow->result.stop == GNP_FLOW_SINGULARITY ? ": the surface needs more points, or noise was taken "
-			                                                                                       "for curvature: filter with project first" : "");
+			status = gnp_error_set(error, GNP_INVALID_ARGUMENT, "flow: no step can be taken (%s): %s%s",
+			                       gnp_flow_stop_name(flow->result.stop), flow->result.reason, advice(flow));
 		if (status == GNP_DRAINING)
 			keep(flow);
 		if (status != GNP_OK || stopped)
@@ -254,7 +234,7 @@ static gnp_status take_steps(struct flow *flow, struct gnp_error *error)
 		if (flow->checkpoint && gnp_clock() >= flow->keep_after)
 			keep(flow);
 	}
-	stop(flow, GNP_FLOW_STEPS, "all %zu steps were taken", steps);
+	gnp_flow_result_stop(&flow->result, GNP_FLOW_STEPS, "all %zu steps were taken", steps);
 	return GNP_OK;
 }
 
@@ -295,6 +275,7 @@ static gnp_status measure_start(struct flow *flow, struct gnp_error *error)
 		return status;
 	keep_model(flow);
 	flow->move.volume = flow->now.volume;
+	flow->result.unresolved = flow->now.unresolved;
 	if (flow->options->scheme == GNP_FLOW_CONFORMAL)
 		status = gnp_conformal_create(&flow->now, flow->task, &flow->conformal, error);
 	return status == GNP_OK ? record(flow, 0, &(struct gnp_flow_moved){0}, error) : status;
@@ -310,7 +291,8 @@ static gnp_status begin(struct flow *flow, const struct gnp_cloud *cloud, const 
 	flow->result.normals_estimated = !cloud->normals;
 	flow->result.components = prepared.components;
 	gnp_task_stage(flow->task, GNP_STAGE_PREPARE, prepared.count);
-	status = gnp_flow_setup(flow->options, &prepared, flow->pool, flow->task, &flow->rule, &flow->move, &flow->result.spacing, error);
+	status = gnp_flow_setup(flow->options, &prepared, flow->pool, flow->task, &flow->rule, &flow->move,
+	                        &flow->result, error);
 	if (status == GNP_OK)
 		status = set_start(flow, &prepared, fixed, error);
 	gnp_prepared_clear(&prepared);

@@ -8,12 +8,12 @@
 #include "core/base/memory.h"
 #include "core/model/model.h"
 
-static const char magic[] = "gnp-flow 2 ";
+static const char magic[] = "gnp-flow 3 ";
 
 struct figures {
 	uint64_t count, cloud_count, steps, unsorted, arrays /* a bit for each that is there */, shots, shot_rows;
 	double time, dt;
-	double total_area, volume, spread, dense, overshoot, curvature, resolution, nearest; /* of the state */
+	double total_area, volume, spread, dense, overshoot, curvature, resolution, nearest, unresolved; /* of the state */
 	char request[GNP_SHA256_TEXT - 1];
 };
 
@@ -27,7 +27,7 @@ static const struct {
 	ARRAY(points, 3), ARRAY(normals, 3), ARRAY(index, 1), ARRAY(fixed, 1), ARRAY(before, 1), ARRAY(mean_curvature, 1),
 	ARRAY(smooth, 1), ARRAY(principal, 2), ARRAY(area, 1), /* these all states have */
 	ARRAY(directions, 6), ARRAY(apart, 1), ARRAY(gap, 1), ARRAY(corner, 3), ARRAY(lift, 1), ARRAY(shift, 3),
-	ARRAY(neighbor, GNP_FLOW_EDGES), ARRAY(weight, GNP_FLOW_EDGES),
+	ARRAY(neighbor, GNP_FLOW_EDGES), ARRAY(weight, GNP_FLOW_EDGES), ARRAY(rough, 1),
 };
 enum { ARRAYS = sizeof arrays / sizeof arrays[0], COMMON = 9, PIECES = ARRAYS + 9 };
 
@@ -67,7 +67,8 @@ void gnp_flow_checkpoint_request(const struct gnp_cloud *cloud, const unsigned c
 	const int integers[] = {options->scheme, options->volume, options->steps, options->snapshot_every, estimate->estimator, estimate->cover,
 	                        estimate->k, estimate->degree, estimate->basis, estimate->weight, cloud->normals != NULL, fixed != NULL};
 	const double numbers[] = {settled(options->dt), settled(options->smoothing_radius), settled(options->spacing),
-	                          settled(options->insertion), options->tangential, options->projection, options->singularity,
+	                          settled(options->insertion), options->tangential, options->projection,
+	                          settled(options->singularity),
 	                          options->spacing_limit};
 	size_t vectors = 3 * cloud->count * sizeof(double);
 	const void *const data[] = {integers, numbers, model ? model->sha256 : NULL, cloud->points, cloud->normals, fixed};
@@ -88,7 +89,7 @@ gnp_status gnp_flow_checkpoint_save(const struct gnp_flow_middle *middle, const 
 		.arrays = arrays_there(now), .shots = shots->count, .shot_rows = shots->count ? shots->start[shots->count] : 0,
 		.time = *middle->time, .dt = *middle->dt, .total_area = now->total_area, .volume = now->volume, .spread = now->spread,
 		.dense = now->dense, .overshoot = now->overshoot, .curvature = now->curvature, .resolution = now->resolution,
-		.nearest = now->nearest};
+		.nearest = now->nearest, .unresolved = now->unresolved};
 	memcpy(figures.request, middle->request, sizeof figures.request);
 	char head[HEAD + 1];
 	struct gnp_piece pieces[PIECES];
@@ -152,7 +153,9 @@ static void take_state(struct reader *reader, const struct figures *figures, str
 {
 	*state = (struct gnp_flow_state){.count = figures->count, .total_area = figures->total_area, .volume = figures->volume,
 	                                 .spread = figures->spread, .dense = figures->dense, .overshoot = figures->overshoot,
-	                                 .curvature = figures->curvature, .resolution = figures->resolution, .nearest = figures->nearest};
+	                                 .curvature = figures->curvature, .resolution = figures->resolution,
+	                                 .nearest = figures->nearest,
+	                                 .unresolved = figures->unresolved};
 	for (size_t a = 0; a < ARRAYS; a++)
 		if (figures->arrays >> a & 1)
 			set_array(state, a, take(reader, figures->count, arrays[a].width));

@@ -140,6 +140,31 @@ static void set_edges(struct gnp_flow_state *state, size_t i, const struct gnp_c
 	}
 }
 
+/* Half the Laplacian of the place along the normal, by the finite volumes of the cell. */
+static double weak_curvature(const struct gnp_flow_state *state, size_t i, const struct gnp_cell *cell,
+                             const uint32_t *index)
+{
+	double sum = 0;
+	for (size_t e = 0; e < cell->edges; e++) {
+		const double *p = state->points + 3 * i, *q = state->points + 3 * (size_t)index[cell->neighbor[e]];
+		const double d[3] = {q[0] - p[0], q[1] - p[1], q[2] - p[2]};
+		sum += cell->weight[e] * gnp_dot(d, state->normals + 3 * i);
+	}
+	return sum / (2 * state->area[i]);
+}
+
+/* The estimate where the points resolve it and finite volumes say much the same; else what these say: an implicit step
+ * of it is a mean of neighbours, whatever the points are. */
+static void judge_curvature(struct gnp_flow_state *state, size_t i, const struct gnp_cell *cell, const uint32_t *index)
+{
+	static const double OFF = 0.05, FAR = 0.7; /* over the spacing; spacings from the fitted surface */
+	double h = gnp_flow_spacing(state, i), weak = weak_curvature(state, i, cell, index);
+	double bend = fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
+	state->rough[i] = cell->open || h * bend > GNP_FLOW_RESOLVED || h * fabs(state->smooth[i] - weak) > OFF ||
+	                  fabs(state->lift[i]) > FAR * h;
+	state->smooth[i] = state->rough[i] ? weak : state->smooth[i];
+}
+
 static void look_about(const struct ring *ring, size_t i, const uint32_t *index, const double *distance, size_t count)
 {
 	struct gnp_flow_state *state = ring->state;
@@ -158,7 +183,11 @@ static void look_about(const struct ring *ring, size_t i, const uint32_t *index,
 		place[c] += state->shift[3 * i + c];
 	if (state->weight)
 		set_edges(state, i, &cell, index);
-	state->smooth[i] = ring->rule->smoothing > 0 ? smooth_about(ring, i, place, index, count) : state->mean_curvature[i];
+	double smooth = ring->rule->smoothing > 0 ? smooth_about(ring, i, place, index, count) : state->mean_curvature[i];
+	state->smooth[i] = smooth;
+	state->rough[i] = 0;
+	if (ring->rule->weak)
+		judge_curvature(state, i, &cell, index);
 }
 
 static gnp_status ring_chunk(void *context, size_t begin, size_t end, struct gnp_scratch *scratch,
@@ -181,6 +210,7 @@ static bool reserve_measures(struct gnp_flow_state *state, const struct gnp_flow
 	size_t count = state->count;
 	state->smooth = gnp_array_new(count, sizeof(double));
 	state->area = gnp_array_new(count, sizeof(double));
+	state->rough = gnp_array_new(count, 1);
 	state->apart = gnp_array_new(count, sizeof(double));
 	state->gap = gnp_array_new(count, sizeof(double));
 	state->corner = gnp_array_new(count, 3 * sizeof(double));
@@ -190,7 +220,8 @@ static bool reserve_measures(struct gnp_flow_state *state, const struct gnp_flow
 		state->neighbor = gnp_array_new(count, GNP_FLOW_EDGES * sizeof *state->neighbor);
 		state->weight = gnp_array_new(count, GNP_FLOW_EDGES * sizeof *state->weight);
 	}
-	return state->smooth && state->area && state->apart && state->gap && state->corner && (state->shift || rule->tangential <= 0) &&
+	return state->smooth && state->rough && state->area && state->apart && state->gap && state->corner &&
+	       (state->shift || rule->tangential <= 0) &&
 	       (!rule->edges || (state->neighbor && state->weight));
 }
 
@@ -244,7 +275,7 @@ static double overshoot(const struct gnp_flow_state *state)
 	double sum = 0;
 	for (size_t i = 0; i < state->count; i++) {
 		double change = state->smooth[i] - state->before[i];
-		if (state->smooth[i] * state->before[i] < 0)
+		if (!state->rough[i] && state->smooth[i] * state->before[i] < 0)
 			sum += change * change;
 	}
 	return sqrt(sum / (double)state->count);
@@ -272,6 +303,10 @@ static gnp_status sum_up(struct gnp_flow_state *state, const struct gnp_flow_rul
 		                            : gnp_flow_spacing(state, i) *
 		                                  fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
 	state->resolution = nearly_largest(values, state->count);
+	size_t unresolved = 0;
+	for (size_t i = 0; i < state->count; i++)
+		unresolved += values[i] > GNP_FLOW_RESOLVED;
+	state->unresolved = (double)unresolved / (double)state->count;
 	free(values);
 	return GNP_OK;
 }

@@ -16,6 +16,7 @@ struct gnp_flow_rule {
 	struct gnp_estimate_options estimate;
 	double origin[3]; /* volumes are taken about it */
 	double smoothing, tangential;
+	bool weak;        /* where the estimate is not to be believed, H is that of finite volumes */
 	bool along;       /* points are inserted or moved along the surface: directions are wanted */
 	bool edges;       /* an implicit step will be made */
 };

@@ -8,9 +8,10 @@
 
 struct gnp_flow_options gnp_flow_defaults(void)
 {
-	return (struct gnp_flow_options){.estimate = gnp_estimate_defaults(), .scheme = GNP_FLOW_EXPLICIT, .volume = GNP_FLOW_VOLUME_NONE,
+	return (struct gnp_flow_options){.estimate = gnp_estimate_defaults(), .scheme = GNP_FLOW_SEMI_IMPLICIT,
+	                                 .volume = GNP_FLOW_VOLUME_NONE,
 	                                 .steps = 1, .dt = NAN, .smoothing_radius = NAN, .spacing = NAN, .insertion = NAN,
-	                                 .projection = 0.1, .singularity = 0.5, .spacing_limit = 4};
+	                                 .projection = 0.1, .singularity = NAN, .spacing_limit = 4};
 }
 
 size_t gnp_flow_least_points(const struct gnp_flow_options *options)
@@ -65,7 +66,7 @@ gnp_status gnp_flow_check(const struct gnp_flow_options *options, const struct g
 		status = gnp_check_number("tangential", options->tangential, 0, 1, error);
 	if (status == GNP_OK)
 		status = gnp_check_number("projection", options->projection, 0, 1, error);
-	if (status == GNP_OK)
+	if (status == GNP_OK && !isnan(options->singularity))
 		status = gnp_check_above("singularity", options->singularity, 0, 1e6, error);
 	if (status == GNP_OK)
 		status = gnp_check_above("spacing_limit", options->spacing_limit, 1, 1e6, error);

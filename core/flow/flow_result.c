@@ -1,5 +1,7 @@
 #include "core/flow/flow_result.h"
 
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,6 +12,15 @@ const char *gnp_flow_stop_name(enum gnp_flow_stop stop)
 {
 	static const char *const names[] = {"steps", "singularity", "spacing", "unstable", "not_finite", "vanished"};
 	return (unsigned)stop < sizeof names / sizeof *names ? names[stop] : "unknown";
+}
+
+void gnp_flow_result_stop(struct gnp_flow *result, enum gnp_flow_stop why, const char *format, ...)
+{
+	va_list arguments;
+	va_start(arguments, format);
+	vsnprintf(result->reason, sizeof result->reason, format, arguments);
+	va_end(arguments);
+	result->stop = why;
 }
 
 void gnp_flow_clear(struct gnp_flow *flow)

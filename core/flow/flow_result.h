@@ -55,6 +55,8 @@ struct gnp_flow {
 	struct gnp_flow_snapshots snapshots;
 	enum gnp_flow_stop stop;
 	char reason[256];        /* a sentence with the figures */
+	double usual, dense, wide; /* median, 5th and 99.9th percentile of the spacings at the start [length] */
+	double unresolved; /* share of points at the start whose curvature times spacing is more than GNP_FLOW_RESOLVED */
 	double spacing, dt, smoothing_radius, thinning, insertion; /* those used [length]; h and dt at the start */
 	int normals_estimated;   /* as in struct gnp_estimate, as are these: */
 	size_t components;
@@ -63,6 +65,10 @@ struct gnp_flow {
 void gnp_flow_clear(struct gnp_flow *flow);
 
 /* ---- How a flow fills its result ---- */
+
+/* Why it stopped, with a sentence of figures. */
+__attribute__((format(printf, 3, 4)))
+void gnp_flow_result_stop(struct gnp_flow *result, enum gnp_flow_stop why, const char *format, ...);
 
 /* Appends the row of a step, which is the result's number of steps from then on. gnp_flow_clear frees a half-made
  * result. */

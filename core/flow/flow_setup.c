@@ -11,16 +11,19 @@
 /* In units of the spacing h: the paper's 1e-4, 0.00667 and 0.005 at its spacing of 0.0112, and widest gaps. */
 static const double step_default = 0.8, smoothing_default = 0.6, thinning_default = 0.45, insertion_default = 1.5;
 static const double smoothing_most = 3, insertion_least = 0.9;
+/* Even clouds have a mean spacing of no more than so many 5th percentiles. */
+static const double UNEVEN = 1.5;
 static const double LARGE = 16; /* times the median: an isolated point's cell */
-
-double gnp_flow_default_step(double spacing)
-{
-	return step_default * spacing * spacing;
-}
 
 static double settled(double value, double otherwise)
 {
 	return isnan(value) ? otherwise : value;
+}
+
+double gnp_flow_default_step(const struct gnp_flow_options *options, const struct gnp_flow *result, double dense)
+{
+	double h = fmin(result->spacing, options->scheme == GNP_FLOW_EXPLICIT ? dense : result->usual);
+	return settled(options->dt, step_default * h * h);
 }
 
 /* A sphere of this area has gone by the time area / (8 pi). */
@@ -75,17 +78,19 @@ static void settle_origin(const struct gnp_prepared *prepared, double origin[3])
 }
 
 /* Insertion's default grows with a given thinning distance, which would otherwise forbid it. */
-static void settle_lengths(const struct gnp_flow_options *options, double h, struct gnp_flow_rule *rule,
-                           struct gnp_flow_move *move)
+static void settle_lengths(const struct gnp_flow_options *options, const struct gnp_flow *result,
+                           struct gnp_flow_rule *rule, struct gnp_flow_move *move)
 {
+	double h = result->spacing, fine = options->scheme == GNP_FLOW_EXPLICIT ? h : fmin(h, UNEVEN * result->dense);
 	bool conformal = options->scheme == GNP_FLOW_CONFORMAL;
-	move->dt = settled(options->dt, gnp_flow_default_step(h));
-	move->thinning = conformal ? 0 : settled(options->spacing, thinning_default * h);
+	move->dt = gnp_flow_default_step(options, result, result->spacing);
+	move->thinning = conformal ? 0 : settled(options->spacing, thinning_default * fine);
 	move->insertion = conformal ? 0 : settled(options->insertion, fmax(insertion_default * h, 1.5 * move->thinning));
 	rule->smoothing = settled(options->smoothing_radius, smoothing_default * h);
 	rule->tangential = conformal ? 0 : options->tangential;
 	rule->along = move->insertion > 0 || rule->tangential > 0;
 	rule->edges = options->scheme != GNP_FLOW_EXPLICIT;
+	rule->weak = options->scheme == GNP_FLOW_SEMI_IMPLICIT;
 }
 
 static gnp_status check_lengths(const struct gnp_flow_options *options, const struct gnp_flow_rule *rule,
@@ -109,9 +114,9 @@ static gnp_status check_closed(const struct gnp_flow_options *options, size_t op
 	                     count);
 }
 
-/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. *spacing: the
- * root of their mean. */
-static double usual_area(double *area, size_t count, double *spacing)
+/* The sum of cells that are not far larger than most: an isolated point's may be as large as all others. Of the others
+ * the result has what spacing they stand for. */
+static double usual_area(double *area, size_t count, struct gnp_flow *result)
 {
 	double most = LARGE * gnp_median(area, count), total = 0;
 	size_t usual = 0;
@@ -119,21 +124,24 @@ static double usual_area(double *area, size_t count, double *spacing)
 		total += area[i] <= most ? area[i] : 0;
 		usual += area[i] <= most;
 	}
-	*spacing = sqrt(total / (double)usual);
+	result->spacing = sqrt(total / (double)usual);
+	result->usual = sqrt(most / LARGE);
+	result->dense = sqrt(gnp_select(area, count, count / 20));
+	result->wide = sqrt(gnp_select(area, count, count - 1 - count / 1000));
 	return total;
 }
 
 gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
-                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error)
+                          struct gnp_flow_move *move, struct gnp_flow *result, struct gnp_error *error)
 {
 	size_t open = 0, count = prepared->count;
-	double total = 0, h = 0, *area = gnp_array_new(count, sizeof *area);
+	double total = 0, *area = gnp_array_new(count, sizeof *area);
 	if (!area)
 		return gnp_error_set(error, GNP_OUT_OF_MEMORY, "flow: no memory for %zu points", count);
 	gnp_status status = gnp_area_measure(prepared, pool, task, area, &open, error);
 	if (status == GNP_OK)
-		total = usual_area(area, count, &h);
+		total = usual_area(area, count, result);
 	free(area);
 	if (status != GNP_OK)
 		return status;
@@ -141,10 +149,9 @@ gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct g
 	*move = (struct gnp_flow_move){.scheme = (enum gnp_flow_scheme)options->scheme, .preserve = options->volume == GNP_FLOW_VOLUME_PRESERVE,
 	                               .projection = options->projection, .points_most = 2 * count};
 	settle_origin(prepared, rule->origin);
-	settle_lengths(options, h, rule, move);
-	*spacing = h;
+	settle_lengths(options, result, rule, move);
 	status = check_closed(options, open, count, error);
-	return status == GNP_OK ? check_lengths(options, rule, move, h, total, error) : status;
+	return status == GNP_OK ? check_lengths(options, rule, move, result->spacing, total, error) : status;
 }
 
 /* The most there is at a time: while the next state is estimated, which adds to what an estimate needs, or while it is

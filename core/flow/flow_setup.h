@@ -5,15 +5,16 @@
 
 #include "core/flow/flow_measure.h"
 #include "core/flow/flow_options.h"
+#include "core/flow/flow_result.h"
 #include "core/flow/flow_step.h"
 
-/* All lengths; *spacing: h. The prepared cloud is the flow's at the start. */
+/* All lengths, and what *result has of spacings. The prepared cloud is the flow's at the start. */
 gnp_status gnp_flow_setup(const struct gnp_flow_options *options, const struct gnp_prepared *prepared,
                           struct gnp_pool *pool, struct gnp_task *task, struct gnp_flow_rule *rule,
-                          struct gnp_flow_move *move, double *spacing, struct gnp_error *error);
+                          struct gnp_flow_move *move, struct gnp_flow *result, struct gnp_error *error);
 
-/* dt for points so far apart, where it is left open. */
-double gnp_flow_default_step(double spacing);
+/* dt, where it is left open by the start's spacings, of explicit steps by what is dense now. */
+double gnp_flow_default_step(const struct gnp_flow_options *options, const struct gnp_flow *result, double dense);
 
 /* Peak bytes gnp_flow_run may allocate for count points, for admission control: 450 to 800 a point, and the snapshots.
  * given: the cloud comes with normals. */

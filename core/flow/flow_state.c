@@ -28,7 +28,8 @@ void gnp_flow_state_clear(struct gnp_flow_state *state)
 {
 	void *arrays[] = {state->points,   state->normals,        state->index,  state->fixed,     state->before,
 	                  state->lift,     state->mean_curvature, state->smooth, state->principal, state->directions,
-	                  state->area,     state->apart,          state->gap,    state->corner,    state->shift,
+	                  state->rough,    state->area,           state->apart,      state->gap,    state->corner,
+	                  state->shift,
 	                  state->neighbor, state->weight};
 	for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++)
 		free(arrays[i]);
@@ -39,7 +40,8 @@ size_t gnp_flow_state_memory(size_t count, bool along, bool tangential, bool edg
 {
 	const struct gnp_flow_state *s = NULL;
 	size_t carried = 3 * sizeof *s->points + 3 * sizeof *s->normals + sizeof *s->index + sizeof *s->fixed + sizeof *s->before;
-	size_t measured = sizeof *s->mean_curvature + sizeof *s->smooth + 2 * sizeof *s->principal + sizeof *s->area + sizeof *s->apart +
+	size_t measured = sizeof *s->mean_curvature + sizeof *s->smooth + sizeof *s->rough +
+	                  2 * sizeof *s->principal + sizeof *s->area + sizeof *s->apart +
 	                  sizeof *s->gap + 3 * sizeof *s->corner + sizeof *s->lift;
 	measured += along ? 6 * sizeof *s->directions : 0;
 	measured += tangential ? 3 * sizeof *s->shift : 0;

@@ -9,6 +9,9 @@
 
 #include "core/base/status.h"
 
+/* Curvature times spacing that points still resolve. */
+#define GNP_FLOW_RESOLVED 0.5
+
 enum { GNP_FLOW_EDGES = 16 }; /* of a cell, at most; a few more would be slivers */
 
 /* Arrays in curve order, owned; gnp_flow_state_clear frees them. */
@@ -18,10 +21,11 @@ struct gnp_flow_state {
 	double *normals;      /* (count, 3) unit; those carried along until measured, then the surface's on the same side */
 	int64_t *index;       /* (count) of the caller's cloud, -1: inserted */
 	unsigned char *fixed; /* (count) */
-	double *before;       /* (count) the smoothed H of the state before; NAN where there was none */
+	double *before;       /* (count) the smoothed H of the state before; NAN where the estimator had none */
 	/* Made by gnp_flow_measure. */
 	double *mean_curvature; /* (count) H as estimated */
-	double *smooth;         /* (count) its Gaussian mean, or H */
+	double *smooth;         /* (count) its Gaussian mean, or H: what steps go by */
+	unsigned char *rough;   /* (count) 1 where that is not the estimator's but the finite volumes' */
 	double *principal;      /* (count, 2) k1 >= k2 */
 	double *directions;     /* (count, 2, 3) of k1 and k2; NULL unless the rule is `along` */
 	double *area;           /* (count) of each point's cell (cell.h) */
@@ -37,6 +41,7 @@ struct gnp_flow_state {
 	double overshoot;     /* root mean square over the points of the change of H where its sign changed since the state before */
 	double curvature, resolution; /* as in struct gnp_flow_record */
 	double nearest;       /* the least of `apart` */
+	double unresolved;    /* share of the points where curvature times spacing is more than GNP_FLOW_RESOLVED */
 };
 
 /* Room for points, normals, index, fixed (0) and before (NAN); the rest NULL. */

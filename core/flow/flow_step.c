@@ -59,6 +59,16 @@ static gnp_status diffuse(const struct gnp_flow_state *state, double dt, double 
 	return status;
 }
 
+/* Where the points do not resolve the surface, none goes farther than half its spacing in a step. */
+static void hold_back(const struct gnp_flow_state *state, double *d)
+{
+	for (size_t i = 0; i < state->count; i++) {
+		double *own = d + 3 * i, far = sqrt(gnp_dot(own, own)), most = gnp_flow_spacing(state, i) / 2;
+		for (int c = 0; state->rough[i] && far > most && c < 3; c++)
+			own[c] *= most / far;
+	}
+}
+
 /* The 99.9th percentile of how far points go over how far they may; infinite where one goes nowhere finite. */
 static gnp_status judge(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d,
                         double *too_far, struct gnp_error *error)
@@ -69,7 +79,8 @@ static gnp_status judge(const struct gnp_flow_state *state, const struct gnp_flo
 	bool finite = true;
 	for (size_t i = 0; i < state->count; i++) {
 		double far = sqrt(gnp_dot(d + 3 * i, d + 3 * i)), bend = fmax(fabs(state->principal[2 * i]), fabs(state->principal[2 * i + 1]));
-		ratio[i] = 2 * far * (move->scheme == GNP_FLOW_EXPLICIT ? 1 / gnp_flow_spacing(state, i) : bend);
+		double h = gnp_flow_spacing(state, i);
+		ratio[i] = 2 * far * (move->scheme == GNP_FLOW_EXPLICIT ? 1 / h : fmin(bend, GNP_FLOW_RESOLVED / h));
 		finite &= isfinite(ratio[i]) && isfinite(far);
 	}
 	*too_far = finite ? gnp_select(ratio, state->count, state->count - 1 - state->count / 1000) : INFINITY;
@@ -203,7 +214,7 @@ static gnp_status gather(const struct gnp_flow_state *state, const struct choice
 		memcpy(next->points + 3 * at, choice->points + 3 * i, 3 * sizeof(double));
 		memcpy(next->normals + 3 * at, state->normals + 3 * i, 3 * sizeof(double));
 		next->index[at] = state->index[i];
-		next->before[at] = state->smooth[i];
+		next->before[at] = state->rough && state->rough[i] ? NAN : state->smooth[i];
 		next->fixed[at++] = state->fixed[i];
 	}
 	for (size_t g = 0; g < choice->gaps.count; g++) {
@@ -219,7 +230,7 @@ static gnp_status gather(const struct gnp_flow_state *state, const struct choice
 static void set_off(const struct gnp_flow_state *state, const struct gnp_flow_move *move, const double *d, size_t i,
                     double point[3])
 {
-	double lift = state->fixed[i] ? 0 : move->projection * state->lift[i];
+	double lift = state->fixed[i] || state->rough[i] ? 0 : move->projection * state->lift[i];
 	for (size_t c = 0; c < 3; c++)
 		point[c] = state->points[3 * i + c] + (state->shift ? state->shift[3 * i + c] : 0) +
 		           lift * state->normals[3 * i + c] + d[3 * i + c];
@@ -257,6 +268,8 @@ gnp_status gnp_flow_step(const struct gnp_flow_state *state, const struct gnp_fl
 		pull(state, move, d);
 	if (status == GNP_OK && move->scheme == GNP_FLOW_SEMI_IMPLICIT)
 		status = diffuse(state, move->dt, d, pool, task, error);
+	if (status == GNP_OK)
+		hold_back(state, d);
 	if (status == GNP_OK)
 		status = judge(state, move, d, &moved->too_far, error);
 	if (status == GNP_OK && moved->too_far <= 1)

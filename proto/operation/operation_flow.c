@@ -15,8 +15,9 @@ struct options {
 	uint64_t outputs;
 };
 
-/* A flow smooths noise away itself; what is taught on noise would not see small features. */
-static const char default_weights[] = "fit_clean_50k";
+/* The paper's scheme, for clean clouds: what is taught on noise would not see small features. Semi-implicit steps take
+ * clouds of any kind. */
+static const char clean_weights[] = "fit_clean_50k";
 
 static const struct gnp_tensor_info inputs[] = {
 	GNP_COMMON_INPUTS,
@@ -59,10 +60,12 @@ static const char *const volumes[] = {"none", "preserve", NULL};
 static const struct gnp_parameter parameters[] = {
 	{"steps", GNP_PARAMETER_INTEGER, FIELD(steps), 1, 1e6, NULL, "how many to take"},
 	{"dt", GNP_PARAMETER_AUTO, FIELD(dt), GNP_ABOVE_ZERO, 1e200, NULL,
-	 "the step [length^2]; auto: 0.8 of the spacing squared, less as points crowd together"},
+	 "the step [length^2]; auto: 0.8 of the spacing squared, explicit less as points crowd together, and halved "
+	 "where a step cannot be made"},
 	{"scheme", GNP_PARAMETER_CHOICE, FIELD(scheme), 0, 0, schemes,
-	 "explicit: points move by dt H along the normal; semi_implicit: stable at many times longer steps; conformal: "
-	 "spheres of genus 0 without singularities, points are neither thinned nor inserted"},
+	 "semi_implicit: takes any cloud, edges and noise are rounded first, stable at long steps; explicit: points move "
+	 "by dt H along the normal, the paper's, for clouds that resolve their surface; conformal: spheres of genus 0 "
+	 "without singularities, points are neither thinned nor inserted"},
 	{"volume", GNP_PARAMETER_CHOICE, FIELD(volume), 0, 0, volumes, "preserve: keep the volume of a closed surface"},
 	{"smoothing_radius", GNP_PARAMETER_AUTO, FIELD(smoothing_radius), 0, 1e100, NULL,
 	 "H is averaged by a Gaussian of this radius [length]; 0: not; auto: 0.6 of the spacing"},
@@ -76,8 +79,9 @@ static const struct gnp_parameter parameters[] = {
 	{"projection", GNP_PARAMETER_NUMBER, FIELD(projection), 0, 1, NULL,
 	 "how far points move towards the surface fitted to them before each step, which damps what fits do not see; 0: "
 	 "the paper's step"},
-	{"singularity", GNP_PARAMETER_NUMBER, FIELD(singularity), GNP_ABOVE_ZERO, 1e6, NULL,
-	 "the flow stops when curvature times spacing exceeds this: a neck or a point collapses"},
+	{"singularity", GNP_PARAMETER_AUTO, FIELD(singularity), GNP_ABOVE_ZERO, 1e6, NULL,
+	 "the flow stops when curvature times spacing exceeds this: a neck or a point collapses; auto: 0.5, but "
+	 "semi_implicit at 10 % of the points more than at the start"},
 	{"spacing_limit", GNP_PARAMETER_NUMBER, FIELD(spacing_limit), 1, 1e6, NULL,
 	 "the flow stops when points are this many times their spacing at the start apart; more than 1"},
 	{"snapshot_every", GNP_PARAMETER_INTEGER, FIELD(snapshot_every), 0, 1e6, NULL,
@@ -93,7 +97,7 @@ static void defaults(void *options)
 	o->core = gnp_flow_defaults();
 	o->core.estimate.estimator = GNP_ESTIMATOR_GNP;
 	o->outputs = ALL_OUTPUTS;
-	strcpy(o->weights, default_weights);
+	strcpy(o->weights, GNP_COMMON_AUTO);
 }
 
 static gnp_status resolve(void *options, const struct gnp_models *models, struct gnp_error *error)
@@ -101,7 +105,10 @@ static gnp_status resolve(void *options, const struct gnp_models *models, struct
 	struct options *o = options;
 	if (o->outputs < UINT64_C(1) << SNAPSHOT_START)
 		o->core.snapshot_every = 0; /* nobody wants them */
-	return gnp_common_resolve(&o->core.estimate, o->weights, default_weights, models, error);
+	bool clean = o->core.scheme != GNP_FLOW_SEMI_IMPLICIT && o->core.estimate.estimator == GNP_ESTIMATOR_GNP;
+	if (clean && strcmp(o->weights, GNP_COMMON_AUTO) == 0)
+		strcpy(o->weights, clean_weights);
+	return gnp_common_resolve(&o->core.estimate, o->weights, GNP_COMMON_AUTO, models, error);
 }
 
 static bool is_snapshot(int output)

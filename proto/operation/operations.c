@@ -3,7 +3,9 @@
 #include <string.h>
 
 /* One row for each operation, which operation_NAME.c defines as gnp_operation_NAME. The order is that of every list. */
-#define OPERATIONS(X) X(estimate) X(patch) X(filter) X(flow) X(laplacian) X(poisson) X(heat) X(geodesic) X(spectrum)
+#define OPERATIONS(X)                                      \
+	X(estimate) X(patch) X(filter) X(flow) X(smooth)       \
+	X(laplacian) X(poisson) X(heat) X(geodesic) X(spectrum)
 
 #define DECLARE(name) extern const struct gnp_operation gnp_operation_##name;
 OPERATIONS(DECLARE)

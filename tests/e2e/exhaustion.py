@@ -101,6 +101,7 @@ def kinds():
         "patch": v1("patch?at=7", harness.ply(cloud)),
         "filter": v1("filter?estimator=gmls&project=true", harness.ply(cloud)),
         "flow": v1("flow?estimator=gmls&steps=2", harness.ply(cloud)),
+        "smooth": v1("smooth?estimator=gmls", harness.ply(cloud)),
         "poisson": v2("poisson", [binary, source], {"estimator": "gmls"}),
         "laplacian": v1("laplacian?estimator=gmls&format=npz", harness.ply(cloud)),
         "heat": v2("heat", [binary, ("initial", [120, 1], "FP32", scalar)], {"estimator": "gmls"}),

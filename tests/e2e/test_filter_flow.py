@@ -43,7 +43,7 @@ def ply_comments(data):
 
 def test_filter_and_flow_are_listed(server):
     names = [model["name"] for model in server.post("/v2/repository/index").json]
-    assert names[:4] == ["estimate", "patch", "filter", "flow"], names
+    assert names[:5] == ["estimate", "patch", "filter", "flow", "smooth"], names
     text = server.get("/openapi.yaml").text
     for path in ("/v1/filter:", "/v1/flow:", "/v2/models/filter/infer:", "/v2/models/flow/infer:"):
         assert path in text, path
@@ -126,6 +126,32 @@ def test_filter_by_a_model(server):
     expect_error(server.post("/v1/filter?weights=nonsense", harness.ply(SPHERE)), 400, "invalid_argument", 'weights: got "nonsense"')
 
 
+def test_smooth_takes_noise_off(server):
+    """By /v1, /v2 and as a job: the same points."""
+    noisy = harness.floats(x * (1 + 0.02 * math.sin(12.9898 * (i // 3))) for i, x in enumerate(SPHERE))
+    response = server.post("/v1/smooth?estimator=gmls&rounds=1&format=json", harness.ply(noisy))
+    assert response.status == 200, response.text[:300]
+    comments = response.json
+    head, outputs = harness.parse_infer(infer(server, "smooth", [points_input(noisy)], estimator="gmls", rounds=1))
+    assert sorted(outputs) == ["moved", "normals", "points"] and head["parameters"]["noise"] > 0 and head["parameters"]["radius"] > 0
+    before, after = radii(noisy), radii(outputs["points"])
+    assert len(after) == len(before) == len(outputs["moved"])
+    rough = [math.sqrt(sum((r - sum(of) / len(of)) ** 2 for r in of) / len(of)) for of in (before, after)]
+    assert rough[1] < rough[0] / 2, rough
+    assert abs(sum(after) / len(after) - sum(before) / len(before)) < 0.003
+    assert sum(len(row) for row in comments["points"]) == 3 * ON
+    for query, text in (("noise=0", "noise: got 0, need auto or >0"), ("rounds=0", "rounds: got 0, need 1..20"),
+                        ("features=sharp", 'features: got "sharp", need one of round, keep')):
+        expect_error(server.post("/v1/smooth?" + query, harness.ply(noisy)), 400, "invalid_argument", text)
+
+
+def test_smooth_holds_points_and_bounds_moves(server):
+    head, outputs = harness.parse_infer(infer(server, "smooth", [points_input(SPHERE), ("fixed", [ON], "BOOL", mask(ON, 40))],
+                                              estimator="gmls", noise=1e-4))
+    assert list(outputs["points"][:120]) == list(SPHERE[:120])
+    assert max(abs(x) for x in outputs["moved"]) <= 4.01e-4 and head["parameters"]["noise"] == 1e-4
+
+
 def test_flow_file(server):
     response = server.post("/v1/flow?estimator=gmls&steps=3", harness.ply(SPHERE))
     assert response.status == 200, response.text[:300]
@@ -203,7 +229,7 @@ def test_flow_refuses_bad_parameters(server):
                         ("volume=twice", "volume: got"), ("smoothing_radius=-1", "smoothing_radius: got -1, need auto or 0..1e+100"),
                         ("spacing=-0.1", "spacing: got -0.1"), ("spacing=1e9&estimator=gmls", "spacing: got 1e+09"),
                         ("insertion=-1", "insertion: got -1"), ("tangential=2", "tangential: got 2, need 0..1"),
-                        ("singularity=0", "singularity: got 0, need >0..1000000"), ("snapshot_every=-1", "snapshot_every: got -1"),
+                        ("singularity=0", "singularity: got 0, need auto or >0..1000000"), ("snapshot_every=-1", "snapshot_every: got -1"),
                         ("spacing_limit=1&estimator=gmls", "spacing_limit: got 1, need"), ("pace=3", 'unknown parameter "pace", known: steps, dt')):
         expect_error(server.post("/v1/flow?" + query, body), 400, "invalid_argument", text)
     response = infer(server, "flow", [points_input(SPHERE)], dt=True)

@@ -33,7 +33,7 @@ def test_health_and_metadata(server):
 
 
 def test_a_model_configuration_for_clients_of_triton(server):
-    for operation in ("estimate", "patch", "filter", "flow", "laplacian", "poisson", "heat", "geodesic", "spectrum"):
+    for operation in ("estimate", "patch", "filter", "flow", "smooth", "laplacian", "poisson", "heat", "geodesic", "spectrum"):
         for path in ("/v2/models/%s/config", "/v2/models/%s/versions/1/config"):
             config = server.get(path % operation).json
             assert config["name"] == operation and config["max_batch_size"] == 0, config

@@ -83,6 +83,7 @@ static void report(const char *name, const struct gnp_flow *flow)
 static void sphere(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
+	options.scheme = GNP_FLOW_EXPLICIT;
 	options.estimate = with("fit_clean_50k");
 	options.steps = 500;
 	options.dt = 1e-4;
@@ -98,6 +99,7 @@ static void held_cylinder(void)
 {
 	struct cloud cloud = cylinder(0.5, 1, 0.016);
 	struct gnp_flow_options options = gnp_flow_defaults();
+	options.scheme = GNP_FLOW_EXPLICIT;
 	double sum = 0, count = 0;
 	options.estimate = with("fit_clean_50k");
 	options.steps = 250;
@@ -132,6 +134,7 @@ static void torus(void)
 static void bumpy_torus(void)
 {
 	struct gnp_flow_options options = gnp_flow_defaults();
+	options.scheme = GNP_FLOW_EXPLICIT;
 	options.estimate = with("fit_clean_50k");
 	options.steps = 60;
 	options.snapshot_every = 10;
@@ -194,6 +197,7 @@ static void disturbed(const char *name, const struct gnp_sample_options *disturb
 	struct gnp_sample sample = sampled("bumpy_torus", disturbance);
 	const struct gnp_cloud cloud = {sample.count, sample.points, sample.normals};
 	struct gnp_flow_options options = gnp_flow_defaults();
+	options.scheme = GNP_FLOW_EXPLICIT;
 	struct gnp_flow flow;
 	struct gnp_error error;
 	options.dt = 1.6 * 9.03 / (double)sample.count;

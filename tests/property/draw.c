@@ -143,7 +143,7 @@ static void draw_cloud(struct draw *draw)
 	if (once_in(draw, 3))
 		set(draw, "normals", "%s", zoo_normals[below(draw, draw->wild ? 6 : 4)]);
 	if (once_in(draw, 4))
-		set(draw, "noise", "%.3g", between(draw, 1e-4, 0.3));
+		set(draw, "shake", "%.3g", between(draw, 1e-4, 0.3));
 	if (once_in(draw, 8))
 		set(draw, "scale", "1e%d", once_in(draw, 3) ? (int)below(draw, draw->wild ? 601 : 201) - (draw->wild ? 300 : 100) : (int)below(draw, 41) - 20);
 	if (once_in(draw, 10))

@@ -231,6 +231,23 @@ static bool judge_flow(const struct gnp_call *call, const struct gnp_response *r
 	return judge_ascending(start, false, INFINITY, text);
 }
 
+/* Every point is there, and none went farther than the noise that was given. */
+static bool judge_smooth(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
+{
+	const struct gnp_tensor *points = gnp_tensors_find(&response->outputs, "points");
+	const struct gnp_tensor *moved = gnp_tensors_find(&response->outputs, "moved");
+	const struct gnp_value *asked = gnp_values_find(&call->request->parameters, "noise");
+	const struct gnp_value *noise = gnp_values_find(&response->parameters, "noise");
+	double slack = 0;
+	if (points && points->shape[0] != call->points)
+		return wrong(text, "points: %zu rows of %zu points", points->shape[0], call->points);
+	if (!points || !moved || !asked || asked->type != GNP_VALUE_NUMBER || !noise)
+		return true;
+	for (size_t i = 0; i < 3 * points->shape[0]; i++)
+		slack = fmax(slack, 1e-5 * fabs(gnp_tensor_get(points, i)));
+	return judge_between(moved, -4.01 * noise->number - slack, 4.01 * noise->number + slack, text);
+}
+
 /* Columns ascend within rows and lie below `kept`; offsets ascend to the number of entries. */
 static bool judge_laplacian(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])
 {
@@ -450,7 +467,7 @@ static const struct {
 	const char *operation;
 	bool (*judge)(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT]);
 } judges[] = {{"estimate", judge_estimate}, {"patch", judge_patch}, {"filter", judge_filter},
-              {"flow", judge_flow}, {"laplacian", judge_laplacian},
+              {"flow", judge_flow}, {"smooth", judge_smooth}, {"laplacian", judge_laplacian},
               {"poisson", judge_poisson}, {"heat", judge_heat}, {"geodesic", judge_geodesic}, {"spectrum", judge_spectrum}};
 
 static bool judge_tensors(const struct gnp_call *call, const struct gnp_response *response, char text[JUDGE_TEXT])

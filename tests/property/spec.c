@@ -6,7 +6,7 @@
 
 bool spec_is_own(const char *name)
 {
-	static const char *const own[] = {"op", "cloud", "n", "seed", "scale", "moved", "noise", "type", "normals", "out", "format", "via"};
+	static const char *const own[] = {"op", "cloud", "n", "seed", "scale", "moved", "shake", "type", "normals", "out", "format", "via"};
 	for (size_t i = 0; i < sizeof own / sizeof *own; i++)
 		if (strcmp(name, own[i]) == 0)
 			return true;

@@ -16,7 +16,7 @@ struct spec {
 	} word[SPEC_WORDS];
 };
 
-/* Words that are the test's own; every other word is a parameter of the operation: op, cloud, n, seed, scale, moved, noise, type, normals, out (outputs by name),
+/* Words that are the test's own; every other word is a parameter of the operation: op, cloud, n, seed, scale, moved, shake, type, normals, out (outputs by name),
  * format (of a file), via (v1, v2: how HTTP is asked), in:NAME (an input: what is in it, and how many columns). */
 bool spec_is_own(const char *name);
 

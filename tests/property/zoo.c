@@ -181,7 +181,7 @@ const char *const zoo_values[] = {"random", "one", "zero", "linear", "spike", "h
 static void make_rows(row_fn row, const struct spec *spec, size_t n, double *points, double *normals)
 {
 	struct gnp_random random, shaking;
-	double scale = spec_number(spec, "scale", 1), moved = spec_number(spec, "moved", 0), noise = spec_number(spec, "noise", 0);
+	double scale = spec_number(spec, "scale", 1), moved = spec_number(spec, "moved", 0), noise = spec_number(spec, "shake", 0);
 	gnp_random_seed(&random, (uint64_t)spec_number(spec, "seed", 0), 0);
 	gnp_random_seed(&shaking, (uint64_t)spec_number(spec, "seed", 0), 1);
 	for (size_t i = 0; i < n; i++) {

@@ -283,7 +283,9 @@ static void flows(void)
 		{"flow", "estimator=gmls steps=2 scheme=semi_implicit", NULL, 0, true, 1 << EVEN, 40000},
 		{"flow", "estimator=gnp steps=1 tangential=0.5", NULL, 0, true, 1 << EVEN, 40000},
 		{"flow", "estimator=gmls steps=2 scheme=conformal", NULL, 0, true, 1 << EVEN, 40000},
-		{"flow", "estimator=gmls steps=4 snapshot_every=1", NULL, 0, true, 1 << EVEN, 40000}};
+		{"flow", "estimator=gmls steps=4 snapshot_every=1", NULL, 0, true, 1 << EVEN, 40000},
+		{"smooth", "estimator=gmls", NULL, 0, false, 1 << EVEN | 1 << RANDOM, 40000},
+		{"smooth", "estimator=gnp features=keep rounds=1", NULL, 0, true, 1 << NOISY, 40000}};
 	RUN_ALL(runs);
 }
 

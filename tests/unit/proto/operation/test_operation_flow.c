@@ -142,7 +142,7 @@ static void bad_parameters_are_refused(void)
 	check_refused("steps=1000000 snapshot_every=1 estimator=gmls", GNP_TOO_LARGE, "snapshot_every: got 1, ");
 	check_refused("outputs=points,snapshot_time estimator=gmls", GNP_INVALID_ARGUMENT,
 	              "snapshot_time: needs snapshot_every, got 0, need at least 1");
-	check_refused("steps=1", GNP_UNAVAILABLE, "weights: got \"fit_clean_50k\", known: none are loaded");
+	check_refused("scheme=explicit", GNP_UNAVAILABLE, "weights: got \"fit_clean_50k\", known: none are loaded");
 }
 
 /* Whichever of them are wanted; where none is, no memory goes to any. */
