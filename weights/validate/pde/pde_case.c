@@ -7,9 +7,9 @@
 
 #include "core/base/memory.h"
 #include "core/base/vector.h"
-#include "core/equations/geodesic.h"
 #include "core/equations/heat.h"
 #include "core/equations/spectrum.h"
+#include "core/geodesic/geodesic.h"
 
 enum { HEAT_STEPS = 400, SPACINGS_OFF = 3, COUNT_MOST = 120 };
 static const double accuracy = 1e-7, ZERO = 1e-6;
