@@ -36,7 +36,8 @@ static gnp_status add_flux(const struct gnp_domain *domain, const double *length
 			size_t point = domain->prepared.order[i];
 			double value = flux[point * count + c];
 			if (!isfinite(value))
-				return gnp_error_set(error, GNP_INVALID_ARGUMENT, "flux: value %zu of point %zu is %g", c, point, value);
+				return gnp_error_set(error, GNP_INVALID_ARGUMENT,
+				                     "flux: value %zu of point %zu is %g", c, point, value);
 			load[i * count + c] = value * length[i] / domain->area[i];
 		}
 	return GNP_OK;

@@ -92,7 +92,8 @@ static gnp_status read_points(const struct gnp_call *call, struct gnp_conditions
 		out->source_points[s] = (uint32_t)index;
 	}
 	bool ones = !has(call, "source_strengths");
-	gnp_status status = read_columns(call, "source_strengths", out->source_count, out->sides, true, &out->strengths, error);
+	gnp_status status = read_columns(call, "source_strengths", out->source_count, out->sides, true, &out->strengths,
+	                                 error);
 	for (size_t i = 0; ones && status == GNP_OK && i < out->source_count * out->sides; i++)
 		out->strengths[i] = 1;
 	return status;
@@ -128,7 +129,8 @@ gnp_status gnp_conditions_load(struct gnp_conditions *conditions, const struct g
 {
 	gnp_status status = GNP_OK;
 	if (conditions->flux)
-		status = gnp_load_flux(poisson, conditions->flux, conditions->sides, pool, task, conditions->source, NULL, error);
+		status = gnp_load_flux(poisson, conditions->flux, conditions->sides, pool, task, conditions->source, NULL,
+		                       error);
 	if (status == GNP_OK && conditions->source_points)
 		status = gnp_load_points(poisson, conditions->source_points, conditions->strengths, conditions->source_count,
 		                         conditions->sides, conditions->source, error);

@@ -75,7 +75,8 @@ static void points_drive_what_has_a_source_there(void)
 	enum { PLACES = 4000, POINTS = 2 * PLACES };
 	static double points[3 * POINTS], f[POINTS], u[POINTS];
 	for (size_t i = 0; i < POINTS; i++) {
-		double k = (double)(i % PLACES), z = 1 - 2 * k / (PLACES - 1), turn = k * M_PI * (3 - sqrt(5)), r = sqrt(fmax(0, 1 - z * z));
+		double k = (double)(i % PLACES), z = 1 - 2 * k / (PLACES - 1);
+		double turn = k * M_PI * (3 - sqrt(5)), r = sqrt(fmax(0, 1 - z * z));
 		points[3 * i] = r * cos(turn);
 		points[3 * i + 1] = r * sin(turn);
 		points[3 * i + 2] = z;
@@ -103,7 +104,8 @@ static void what_cannot_be_loaded_is_named(void)
 		points[3 * i + 1] = r * sin(turn);
 		points[3 * i + 2] = z;
 	}
-	struct gnp_poisson *square = prepare(points, N, GNP_SYSTEM_SQUARE, 1), *closed = prepare(points, N, GNP_SYSTEM_SYMMETRIC, 1);
+	struct gnp_poisson *square = prepare(points, N, GNP_SYSTEM_SQUARE, 1);
+	struct gnp_poisson *closed = prepare(points, N, GNP_SYSTEM_SYMMETRIC, 1);
 	CHECK(gnp_load_flux(square, flux, 1, pool, NULL, f, NULL, &error) == GNP_INVALID_ARGUMENT);
 	CHECK_CONTAINS(error.text, "flux: the operator is collocation, which has no open edges: need system=symmetric");
 	error = (struct gnp_error){0};
