@@ -133,8 +133,8 @@ static double rim_of(const double before[3], const double after[3])
 	return sqrt(gnp_dot(d, d)) / 2;
 }
 
-/* The strip between the outermost points and the rim, if they lie within it at random: then the rim is ragged, and as
- * far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it
+/* The strip between the outermost points and the rim, if they lie within it at random: then the rim is ragged, and
+ * as far away as it is ragged, 1.75 times the distance of a point from the line through its two neighbours along it
  * (measured on random points). Points on the rim itself lie in line. At corners there is no saying. */
 static double strip_of(const double before[3], const double after[3])
 {
@@ -209,20 +209,14 @@ void gnp_star_make(const double *points, const double *normals, size_t centre, c
 		*out = flat;
 }
 
-/* Those that run on over creases. */
-static const double *normals_of(const struct gnp_prepared *prepared)
-{
-	return prepared->unfitted ? prepared->unfitted : prepared->normals;
-}
-
-/* Whether all that is near is of one row, but for a few of the next: neighbours lie along the way to one that is
- * surely of the row. */
+/* Whether the nearest are of one row: they lie along the way to the farthest of them. A few, as the next row is
+ * farther. */
 static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count)
 {
-	enum { OWN = 8 };
-	static const double ACROSS = 0.15; /* of squares; a quarter along a rim */
-	const double *o = prepared->points + 3 * centre;
-	const double *far = prepared->points + 3 * (size_t)index[count > OWN ? OWN : count - 1];
+	enum { NEAREST = 16 };
+	static const double ACROSS = 0.05; /* of squares; a quarter along a rim */
+	count = count < NEAREST ? count : NEAREST;
+	const double *o = prepared->points + 3 * centre, *far = prepared->points + 3 * (size_t)index[count - 1];
 	const double along[3] = {far[0] - o[0], far[1] - o[1], far[2] - o[2]};
 	double length = gnp_dot(along, along), all = 0, within = 0;
 	for (size_t j = 0; j < count; j++) {
@@ -234,59 +228,24 @@ static bool is_in_a_row(const struct gnp_prepared *prepared, size_t centre, cons
 	return all - within < ACROSS * all;
 }
 
-/* The star of so many of the nearest, of a row in scratch. */
-static gnp_status make_wide(const struct gnp_prepared *prepared, size_t centre, size_t count,
-                            struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out,
-                            struct gnp_error *error)
-{
-	uint32_t self = (uint32_t)centre;
-	struct gnp_neighborhoods found;
-	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, &self, 1, count, 1, count, scratch, &found, error);
-	if (status != GNP_OK)
-		return status;
-	*row = found.index;
-	gnp_star_make(prepared->points, normals_of(prepared), centre, found.index, found.start[1], out);
-	return GNP_OK;
-}
-
-/* Whether some triangle is nearly straight at the point, as those across a rim are. */
-static bool has_straight_corner(const struct gnp_prepared *prepared, size_t centre, const uint32_t *row,
-                                const struct gnp_star *star)
-{
-	const double *o = prepared->points + 3 * centre;
-	for (size_t t = 0; t < star->triangles; t++) {
-		const double *a = prepared->points + 3 * (size_t)row[star->neighbor[star->corner[t][0]]];
-		const double *b = prepared->points + 3 * (size_t)row[star->neighbor[star->corner[t][1]]];
-		const double to_a[3] = {a[0] - o[0], a[1] - o[1], a[2] - o[2]};
-		const double to_b[3] = {b[0] - o[0], b[1] - o[1], b[2] - o[2]};
-		if (!is_corner(to_a, to_b))
-			return true;
-	}
-	return false;
-}
-
-/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. Beside a wide gap
- * among points at random the star is open, but closes with a few more. */
+/* Of the row of the nearest; *row: what out's positions are in, that or a longer one in scratch. */
 static gnp_status find(const struct gnp_prepared *prepared, size_t centre, const uint32_t *index, size_t count,
                        struct gnp_scratch *scratch, const uint32_t **row, struct gnp_star *out, struct gnp_error *error)
 {
-	enum { FEW_MORE = 2 * GNP_CELL_NEIGHBORS };
-	size_t more = FEW_MORE + 1 < prepared->count ? FEW_MORE + 1 : prepared->count;
-	size_t most = GNP_STAR_NEIGHBORS + 1 < prepared->count ? GNP_STAR_NEIGHBORS + 1 : prepared->count;
-	const uint32_t *longer;
-	struct gnp_star closed;
+	uint32_t self = (uint32_t)centre;
+	struct gnp_neighborhoods found;
+	size_t wide = GNP_STAR_NEIGHBORS + 1 < prepared->count ? GNP_STAR_NEIGHBORS + 1 : prepared->count;
 	*row = index;
-	gnp_star_make(prepared->points, normals_of(prepared), centre, index, count, out);
-	if (!out->open || more <= count)
+	const double *normals = prepared->unfitted ? prepared->unfitted : prepared->normals;
+	gnp_star_make(prepared->points, normals, centre, index, count, out);
+	if (!out->open || wide <= count || !is_in_a_row(prepared, centre, index, count))
 		return GNP_OK;
-	if (is_in_a_row(prepared, centre, index, count))
-		return make_wide(prepared, centre, most, scratch, row, out, error);
-	gnp_status status = make_wide(prepared, centre, more, scratch, &longer, &closed, error);
-	if (status == GNP_OK && !closed.open && !has_straight_corner(prepared, centre, longer, &closed)) {
-		*out = closed;
-		*row = longer;
-	}
-	return status;
+	gnp_status status = gnp_neighborhoods_find(prepared->neighbors, &self, 1, wide, 1, wide, scratch, &found, error);
+	if (status != GNP_OK)
+		return status;
+	*row = found.index;
+	gnp_star_make(prepared->points, normals, centre, found.index, found.start[1], out);
+	return GNP_OK;
 }
 
 gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,

@@ -39,9 +39,9 @@ void gnp_star_make(const double *points, const double *normals, size_t centre, c
 typedef void (*gnp_star_visit)(void *context, size_t point, const struct gnp_star *star, const uint32_t *row,
                                double farthest);
 
-/* Visits the stars of points begin .. end - 1 of a cloud, in order: of their nearest GNP_CELL_NEIGHBORS; where those do
- * not close the star, of twice as many if they do, or of GNP_STAR_NEIGHBORS if those near lie in a row. By the normals
- * from before a fit where there are any: they run on over creases. GNP_OUT_OF_MEMORY. */
+/* Visits the stars of points begin .. end - 1 of a cloud, in order: of their nearest GNP_CELL_NEIGHBORS, or of
+ * GNP_STAR_NEIGHBORS where those do not close the star and lie in a row; by the normals from before a fit where there
+ * are any: they run on over creases. GNP_OUT_OF_MEMORY. */
 gnp_status gnp_stars_visit(const struct gnp_prepared *prepared, size_t begin, size_t end, gnp_star_visit visit,
                            void *context, struct gnp_scratch *scratch, struct gnp_error *error);
 

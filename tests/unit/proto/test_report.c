@@ -27,7 +27,8 @@ static void add_inputs(const struct gnp_operation *operation, size_t count, stru
 		const struct gnp_tensor_info *info = &operation->inputs[i];
 		size_t shape[] = {count, 1};
 		struct gnp_tensor *tensor;
-		if (info->optional || strcmp(info->name, "points") == 0)
+		bool begins = strcmp(info->name, "source") == 0 || strcmp(info->name, "initial") == 0; /* one of several must */
+		if ((info->optional && !begins) || strcmp(info->name, "points") == 0)
 			continue;
 		CHECK(gnp_tensors_add(&request->inputs, info->name, GNP_FP64, info->rank, shape, &tensor, NULL) == GNP_OK);
 		for (size_t row = 0; row < count; row++)
