@@ -59,28 +59,28 @@ def validation(folder):
     for line in lines:
         found = re.match(r"- (\S+), (\S+): (\S+), .*sha256 ([0-9a-f]{64})$", line)
         if found:
-            judged[found.group(3), found.group(4)] = found.group(1, 2)
+            judged.setdefault((found.group(3), found.group(4)), []).append(found.group(1, 2))
     return lines, judged
 
 
 def judged_rows(model, table):
     """The model's rows, by family, with the paper's above them; none when the judge saw another file of this name."""
     lines, judged = table
-    method, regime = judged.get((model["name"], model["sha256"]), (None, None))
-    title = None
-    for line in lines if method else []:
+    rows_of = judged.get((model["name"], model["sha256"]), [])
+    regimes, method = [regime for _, regime in rows_of], rows_of[0][0] if rows_of else None
+    title, rows = None, []
+    for line in lines + ["## "] if method else []:
         cells = [cell.strip() for cell in line.strip("|").split("|")]
         if line.startswith("## "):
-            title = line[3:]
+            if any("| %s, mean" % method in row for row in rows):
+                yield from ["", title + ":", ""] + header + rows
+            title, rows = line[3:], []
         elif cells[0] == "regime" and len(cells) > 6:
             header = [line]
         elif line.startswith("| ---") and len(cells) > 6:
             header.append(line)
-        elif cells[0] == regime and (cells[1].endswith(", paper") or cells[1].startswith(method + ",")):
-            if title:
-                yield from ["", title + ":", ""] + header
-            title = None
-            yield line
+        elif cells[0] in regimes and (cells[1].endswith(", paper") or cells[1].startswith(method + ",")):
+            rows.append(line)
 
 
 def card(model, folder, table):
