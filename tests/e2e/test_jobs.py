@@ -16,7 +16,7 @@ from harness import Server, eventually, expect_error
 
 CLOUD = harness.ply(harness.sphere(600))
 QUICK = "estimate?estimator=gmls"
-LONG = "flow?estimator=gmls&steps=1000000&dt=1e-9"  # hours
+LONG = "flow?estimator=gmls&steps=1000000&dt=1e-9&scheme=explicit"  # hours
 UNKNOWN = "0123456789abcdef0123456789abcd"
 FINAL = ("succeeded", "failed", "cancelled", "expired")
 
@@ -411,7 +411,7 @@ def test_jobs_have_time_limits():
     with Server() as server:
         record = finished(server, submit(server, LONG + "&timeout=300ms"))
         assert record["error"]["code"] == "deadline_exceeded" and record["error"]["text"].endswith("need it in 0.3 s (timeout)"), record
-        headers, body = harness.points_body(harness.sphere(600), estimator="gmls", steps=1000000, dt=1e-9, timeout=300000)
+        headers, body = harness.points_body(harness.sphere(600), estimator="gmls", steps=1000000, dt=1e-9, scheme="explicit", timeout=300000)
         record = finished(server, submit(server, "flow", body, headers))
         assert record["error"]["code"] == "deadline_exceeded", record
 
@@ -420,7 +420,7 @@ def test_requests_have_timeouts_of_their_own():
     with Server(runners=1, work_seconds=1.5 * harness.SLOW) as server:
         began = time.monotonic()
         expect_error(server.post("/v1/" + LONG + "&timeout=300ms", CLOUD), 504, "deadline_exceeded")
-        headers, body = harness.points_body(harness.sphere(600), estimator="gmls", steps=1000000, dt=1e-9, timeout=300000)
+        headers, body = harness.points_body(harness.sphere(600), estimator="gmls", steps=1000000, dt=1e-9, scheme="explicit", timeout=300000)
         expect_error(server.post("/v2/models/flow/infer", body, headers), 504, "deadline_exceeded")
         assert time.monotonic() - began < 1.4 * harness.SLOW
         began = time.monotonic()  # no more than work-seconds, though more is asked for

@@ -120,7 +120,7 @@ def check_refusals(proxy, times=5):
 
 def check_events(server, proxy):
     """Each as it comes: the first while the job runs."""
-    job = server.post("/v1/jobs/flow?estimator=gmls&steps=1000000&dt=1e-9", CLOUD).json["id"]
+    job = server.post("/v1/jobs/flow?estimator=gmls&steps=1000000&dt=1e-9&scheme=explicit", CLOUD).json["id"]
     with proxy.connect(5) as s:
         s.sendall(harness.make_request("GET", "/v1/jobs/%s/events" % job))
         data, began = b"", time.monotonic()

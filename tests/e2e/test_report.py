@@ -124,7 +124,7 @@ def test_jobs_say_it_too():
 
 
 def test_a_job_that_is_not_over_warns_of_nothing(server):
-    job = submit(server, "flow?estimator=gmls&steps=1000000&dt=1e-9")
+    job = submit(server, "flow?estimator=gmls&steps=1000000&dt=1e-9&scheme=explicit")
     assert "warnings" not in server.get("/v1/jobs/" + job).json
     server.request("DELETE", "/v1/jobs/" + job)
     assert "warnings" not in finished(server, job)
