@@ -1,5 +1,6 @@
 """Equations on surfaces: sources as tensors and as columns of files, operators kept between requests, matrices."""
 import array
+import array
 import ast
 import io
 import math
@@ -98,22 +99,25 @@ def test_heat_geodesic_spectrum(server):
 
 def test_conditions_and_snapshots(server):
     """A square of 20 x 20: heat between edges held at 0 and 1 settles to x, and so does what a flux of 1 drives."""
+    def doubles(values):
+        return array.array("d", values).tobytes()
+
     side = 20
     square = [[i % side / (side - 1), i // side / (side - 1), 0.0] for i in range(side * side)]
     flat, xs = [c for p in square for c in p], [p[0] for p in square]
-    cloud = ("points", [len(square), 3], "FP64", flat)
-    ends = ("fixed", [len(square)], "BOOL", [x in (0, 1) for x in xs])
-    values = ("values", [len(square), 1], "FP64", [x if x in (0, 1) else 9 for x in xs])
+    cloud = ("points", [len(square), 3], "FP64", doubles(flat))
+    ends = ("fixed", [len(square)], "BOOL", bytes(x in (0, 1) for x in xs))
+    values = ("values", [len(square), 1], "FP64", doubles(x if x in (0, 1) else 9 for x in xs))
     head, outputs = harness.parse_infer(infer(server, "heat", [cloud, ends, values], dt=1, steps=6, snapshot_every=3))
     assert worst(outputs["solution"], xs) < 1e-6 and list(outputs["snapshot_time"]) == [0, 3, 6]
     assert len(outputs["snapshots"]) == 3 * len(square) and list(outputs["snapshots"][-len(square):]) == list(outputs["solution"])
-    flux = ("flux", [len(square), 1], "FP64", [((x == 1) - (x == 0)) * (0.5 if y in (0, 1) else 1) for x, y, _ in square])
+    flux = ("flux", [len(square), 1], "FP64", doubles(((x == 1) - (x == 0)) * (0.5 if y in (0, 1) else 1) for x, y, _ in square))
     head, outputs = harness.parse_infer(infer(server, "poisson", [cloud, flux]))
     assert head["parameters"]["system"] == "symmetric" and worst(outputs["solution"], [x - 0.5 for x in xs]) < 1e-6
-    points = ("source_points", [2], "INT64", [0, 399])
-    head, outputs = harness.parse_infer(infer(server, "poisson", [cloud, points, ("source_strengths", [2, 1], "FP64", [1, -1])]))
+    points = ("source_points", [2], "INT64", struct.pack("<2q", 0, 399))
+    head, outputs = harness.parse_infer(infer(server, "poisson", [cloud, points, ("source_strengths", [2, 1], "FP64", doubles((1, -1)))]))
     assert abs(outputs["solution"][0] + outputs["solution"][399]) < 1e-6 and outputs["solution"][0] > 0.5
-    expect_error(infer(server, "poisson", [cloud, ("source_points", [1], "INT64", [400])]), 400, "invalid_argument",
+    expect_error(infer(server, "poisson", [cloud, ("source_points", [1], "INT64", struct.pack("<q", 400))]), 400, "invalid_argument",
                  "source_points[0]: got 400, need an index below 400")
 
 
