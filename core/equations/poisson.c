@@ -228,6 +228,7 @@ static gnp_status make_operator(struct gnp_poisson *poisson, const struct gnp_po
 {
 	struct gnp_laplacian_options laplacian = options->laplacian;
 	laplacian.system = system;
+	laplacian.stiffness = &poisson->volumes;
 	gnp_status status = gnp_equation_make(&poisson->domain, &laplacian, options->screening, given, pool, task,
 	                                      &poisson->equation, error);
 	if (status == GNP_OK)

@@ -85,7 +85,7 @@ gnp_status gnp_laplacian_assemble(const struct gnp_domain *domain, const struct 
 	                                    .which = options->which};
 	gnp_task_stage(task, GNP_STAGE_ASSEMBLE, domain->prepared.count);
 	if (options->system == GNP_SYSTEM_SYMMETRIC)
-		return gnp_weak_make(domain, options->which, pool, task, out, error);
+		return gnp_weak_make(domain, options->which, options->stiffness, pool, task, out, error);
 	unsigned char *keep = NULL;
 	if (options->system == GNP_SYSTEM_LEAST_SQUARES) {
 		keep = gnp_array_new(domain->prepared.count, 1);

@@ -2,6 +2,7 @@
 #ifndef GNP_CORE_LAPLACIAN_H
 #define GNP_CORE_LAPLACIAN_H
 
+#include "core/cells/diffusion.h"
 #include "core/operators/collocation.h"
 #include "core/operators/domain.h"
 
@@ -17,6 +18,7 @@ struct gnp_laplacian_options {
 	int degree;      /* of the local polynomials in u and v together; 2..7, 1..7 for first derivatives alone; 0: 5 if square, 4 of least squares */
 	int neighbors;   /* points of a stencil; 0: twice the polynomial's coefficients; at most 500 */
 	unsigned which;  /* mask of GNP_DERIVATIVE_BIT */
+	const struct gnp_stiffness *stiffness; /* of the domain (volume.h), which symmetric stands on; NULL: it is made */
 };
 
 /* gmls at k 30 (estimate.h), square, drop 0.1, degree by system, neighbours by degree; the Laplacian. */

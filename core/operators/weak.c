@@ -40,27 +40,37 @@ static gnp_status allocate(size_t count, size_t entries, unsigned which, struct 
 	return room ? GNP_OK : gnp_no_memory("laplacian", count, "points", error);
 }
 
-gnp_status gnp_weak_make(const struct gnp_domain *domain, unsigned which, struct gnp_pool *pool, struct gnp_task *task,
-                         struct gnp_collocation *out, struct gnp_error *error)
+static gnp_status make(const struct gnp_domain *domain, const struct gnp_stiffness *stiffness, unsigned which,
+                       struct gnp_collocation *out, struct gnp_error *error)
 {
 	size_t count = domain->prepared.count;
-	struct gnp_stiffness stiffness;
 	struct gnp_collocation made;
-	gnp_status status = gnp_volume_stiffness(&domain->prepared, pool, task, &stiffness, error);
-	if (status != GNP_OK)
-		return status;
-	status = allocate(count, stiffness.start[count] + count, which, &made, error);
+	gnp_status status = allocate(count, stiffness->start[count] + count, which, &made, error);
 	if (status == GNP_OK)
 		made.row_offsets[0] = 0;
 	for (size_t i = 0; i < count && status == GNP_OK; i++) {
-		write_row(&stiffness, i, domain->area[i], &made);
+		write_row(stiffness, i, domain->area[i], &made);
 		made.kept[i] = (uint32_t)i;
 		made.mass[i] = domain->area[i];
 	}
-	gnp_stiffness_clear(&stiffness);
 	if (status == GNP_OK)
 		*out = made;
 	else
 		gnp_collocation_clear(&made);
+	return status;
+}
+
+gnp_status gnp_weak_make(const struct gnp_domain *domain, unsigned which, const struct gnp_stiffness *known,
+                         struct gnp_pool *pool, struct gnp_task *task, struct gnp_collocation *out,
+                         struct gnp_error *error)
+{
+	struct gnp_stiffness stiffness;
+	if (known)
+		return make(domain, known, which, out, error);
+	gnp_status status = gnp_volume_stiffness(&domain->prepared, pool, task, &stiffness, error);
+	if (status != GNP_OK)
+		return status;
+	status = make(domain, &stiffness, which, out, error);
+	gnp_stiffness_clear(&stiffness);
 	return status;
 }

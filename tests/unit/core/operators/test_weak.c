@@ -61,7 +61,7 @@ static void it_is_symmetric_and_monotone_on_every_cloud(void)
 		struct gnp_collocation made;
 		const struct gnp_cloud cloud = {n, points, NULL};
 		CHECK(gnp_domain_make(&cloud, &options.laplacian.domain, pool, NULL, &domain, NULL) == GNP_OK);
-		CHECK(gnp_weak_make(&domain, BOTH, pool, NULL, &made, NULL) == GNP_OK);
+		CHECK(gnp_weak_make(&domain, BOTH, NULL, pool, NULL, &made, NULL) == GNP_OK);
 		double *dense = calloc(n * n, sizeof *dense);
 		const double *value = made.value[GNP_DERIVATIVE_LAPLACIAN];
 		for (size_t i = 0; i < n; i++) {
