@@ -72,18 +72,21 @@ static gnp_status measure_next(struct flow *flow, struct gnp_flow_state *next, b
 	return GNP_OK;
 }
 
-static gnp_status make_conformal(struct flow *flow, struct gnp_flow_state *next, struct gnp_error *error)
+static gnp_status make_conformal(struct flow *flow, struct gnp_flow_state *next, struct gnp_task *task,
+                                 struct gnp_error *error)
 {
 	double volume = flow->move.preserve ? flow->move.volume : 0;
-	return gnp_conformal_step(flow->conformal, &flow->now, flow->move.dt, volume, flow->pool, flow->task, next, error);
+	return gnp_conformal_step(flow->conformal, &flow->now, flow->move.dt, volume, flow->pool, task, next, error);
 }
 
 /* *made false: the step would be too far, and the reason is set. */
 static gnp_status make_next(struct flow *flow, struct gnp_flow_state *next, struct gnp_flow_moved *moved, bool *made,
                             struct gnp_error *error)
 {
-	gnp_status status = flow->conformal ? make_conformal(flow, next, error)
-	                                    : gnp_flow_step(&flow->now, &flow->move, flow->pool, flow->task, next, moved, error);
+	struct gnp_task part; /* whose solutions count points, while the flow counts steps */
+	gnp_task_init_part(&part, flow->task);
+	gnp_status status = flow->conformal ? make_conformal(flow, next, &part, error)
+	                                    : gnp_flow_step(&flow->now, &flow->move, flow->pool, &part, next, moved, error);
 	*made = status == GNP_OK && moved->too_far <= 1;
 	if (status != GNP_OK || *made)
 		return status;
