@@ -7,7 +7,7 @@
  * A program calls gnp_init, makes a pool of threads (core/base/pool.h), perhaps loads models (core/model/models.h),
  * fills a struct gnp_cloud with what it has, takes the default options of what it wants, and runs it:
  * gnp_estimate_run, gnp_filter_run, gnp_flow_run, gnp_smooth_run, gnp_laplacian_run, gnp_poisson_prepare and
- * gnp_poisson_solve, gnp_heat_prepare and gnp_heat_step, gnp_spectrum_run, gnp_geodesic_create and
+ * gnp_poisson_solve, gnp_heat_prepare and gnp_heat_run, gnp_spectrum_run, gnp_geodesic_create and
  * gnp_geodesic_distance, gnp_geodesic_pairs, gnp_geodesic_parallel and gnp_geodesic_log.
  * clients/examples has whole programs.
  *

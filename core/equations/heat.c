@@ -6,6 +6,7 @@
 
 #include "core/base/memory.h"
 #include "core/equations/heat_check.h"
+#include "core/equations/pieces.h"
 
 /* Of TR-BDF2 with gamma = 2 - sqrt 2, for which both stages have one matrix: gamma / 2, and what of the first stage's
  * change the second takes along, (1 - gamma)^2 / (gamma (2 - gamma)). */
@@ -47,6 +48,8 @@ struct flow {
 	double *w;      /* a solution: of changes, or of two stages */
 	double *values; /* changes where u is fixed; NULL: nowhere */
 	double *source; /* of points that coincide the mean; NULL: the caller's is as good */
+	struct gnp_pieces pieces; /* whose heat is known at every step; none where u is fixed, or a filter dropped points */
+	double *mean;   /* (pieces, count) of the source over each */
 	size_t entries, step;
 	struct gnp_pool *pool;
 	struct gnp_task *task;
@@ -88,13 +91,45 @@ static gnp_status see_change(const struct flow *flow, struct gnp_error *error)
 	return status;
 }
 
-/* w: the change that f brings. */
-static gnp_status solve_change(const struct flow *flow, struct gnp_error *error)
+/* The mean of a column of values (n, count) over a piece, by area. */
+static double mean_over(const struct flow *flow, size_t piece, size_t c, const double *values)
+{
+	const struct gnp_domain *domain = gnp_poisson_domain(flow->poisson);
+	double sum = 0, area = 0;
+	for (size_t k = 0; k < gnp_pieces_size(&flow->pieces, piece); k++) {
+		size_t i = gnp_pieces_point(&flow->pieces, piece, k);
+		sum += domain->area[i] * values[domain->prepared.order[i] * flow->field.count + c];
+		area += domain->area[i];
+	}
+	return sum / area;
+}
+
+/* In all a piece's heat changes by what its sources add: w's mean is set right, which alone the system hardly
+ * determines where a step is long. times: the source's, over alpha. */
+static void keep_total(const struct flow *flow, double times)
+{
+	const struct gnp_domain *domain = gnp_poisson_domain(flow->poisson);
+	size_t count = flow->field.count;
+	for (size_t p = 0; p < flow->pieces.count; p++)
+		for (size_t c = 0; c < count; c++) {
+			double more = flow->mean[p * count + c] * times / flow->alpha - mean_over(flow, p, c, flow->w);
+			for (size_t k = 0; k < gnp_pieces_size(&flow->pieces, p); k++)
+				flow->w[domain->prepared.order[gnp_pieces_point(&flow->pieces, p, k)] * count + c] += more;
+		}
+	for (size_t c = 0; c < count && flow->pieces.count; c++)
+		gnp_copies_spread(&domain->copies, flow->w, count, c);
+}
+
+/* w: the change that f brings, whose mean is so many times the source's. */
+static gnp_status solve_change(const struct flow *flow, double times, struct gnp_error *error)
 {
 	for (size_t i = 0; flow->values && i < flow->entries; i++)
 		flow->values[i] = flow->field.values[i] - flow->field.u[i];
-	return gnp_poisson_solve(flow->poisson, flow->f, flow->values, flow->field.count, flow->pool, flow->task, flow->w,
-	                         NULL, error);
+	gnp_status status = gnp_poisson_solve(flow->poisson, flow->f, flow->values, flow->field.count, flow->pool,
+	                                      flow->task, flow->w, NULL, error);
+	if (status == GNP_OK)
+		keep_total(flow, times);
+	return status;
 }
 
 /* u += factor w. */
@@ -109,7 +144,7 @@ static gnp_status step_change(const struct flow *flow, double factor, struct gnp
 {
 	gnp_status status = see_change(flow, error);
 	if (status == GNP_OK)
-		status = solve_change(flow, error);
+		status = solve_change(flow, 1, error);
 	if (status == GNP_OK)
 		add_change(flow, factor);
 	return status;
@@ -122,7 +157,7 @@ static gnp_status finish_change(const struct flow *flow, struct gnp_error *error
 	for (size_t i = 0; i < flow->entries && status == GNP_OK; i++)
 		flow->f[i] += flow->alpha * carried * 2 * flow->w[i];
 	if (status == GNP_OK)
-		status = solve_change(flow, error);
+		status = solve_change(flow, 1 + 2 * carried, error);
 	if (status == GNP_OK)
 		add_change(flow, 1);
 	return status;
@@ -180,6 +215,26 @@ static gnp_status step_once(const struct flow *flow, struct gnp_error *error)
 	return status == GNP_OK && twice ? finish_change(flow, error) : status;
 }
 
+/* What the sources of each piece add. */
+static gnp_status find_pieces(struct flow *flow, struct gnp_error *error)
+{
+	const struct gnp_domain *domain = gnp_poisson_domain(flow->poisson);
+	const double *source = flow->source ? flow->source : flow->field.source;
+	size_t count = flow->field.count;
+	if (!flow->by_change || flow->field.values || domain->dropped)
+		return GNP_OK;
+	gnp_status status = gnp_pieces_find(domain, gnp_poisson_volumes(flow->poisson), NULL, &flow->pieces, error);
+	if (status != GNP_OK)
+		return status;
+	flow->mean = gnp_array_zero(flow->pieces.count, count * sizeof *flow->mean);
+	if (!flow->mean)
+		return gnp_no_memory("heat", flow->pieces.count, "pieces", error);
+	for (size_t p = 0; source && p < flow->pieces.count; p++)
+		for (size_t c = 0; c < count; c++)
+			flow->mean[p * count + c] = mean_over(flow, p, c, source);
+	return GNP_OK;
+}
+
 /* Points that coincide begin with one value, and fixed ones with theirs. */
 static gnp_status begin(struct flow *flow, struct gnp_error *error)
 {
@@ -198,7 +253,7 @@ static gnp_status begin(struct flow *flow, struct gnp_error *error)
 	}
 	if (field->values)
 		gnp_poisson_put_given(flow->poisson, field->values, field->count, field->u);
-	return GNP_OK;
+	return find_pieces(flow, error);
 }
 
 static void keep_snapshot(const struct flow *flow, size_t step, size_t *kept)
@@ -256,6 +311,8 @@ gnp_status gnp_heat_run(const struct gnp_poisson *poisson, const struct gnp_heat
 	}
 	if (status == GNP_OK)
 		status = run(&flow, ranges, error);
+	gnp_pieces_clear(&flow.pieces);
+	free(flow.mean);
 	free(flow.source);
 	free(block);
 	free(ranges);

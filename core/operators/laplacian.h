@@ -31,7 +31,7 @@ size_t gnp_laplacian_neighbors(const struct gnp_laplacian_options *options);
 gnp_status gnp_laplacian_check_which(int system, unsigned which, struct gnp_error *error);
 
 /* Row i is that of the cloud's point i, empty where the filter dropped it; kept names points of the cloud, ascending
- * (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are dropped, or points coincide. Deterministic
+ * (collocation.h). GNP_INVALID_ARGUMENT; GNP_DEGENERATE when all points are dropped. Deterministic
  * for any worker count. On failure *out and *facts are unchanged. facts and task may be NULL; the task is warned of
  * rows that no Laplacian has (operator_check.h). */
 gnp_status gnp_laplacian_run(const struct gnp_cloud *cloud, const struct gnp_laplacian_options *options,

@@ -135,6 +135,48 @@ static void fixed_values_are_kept_and_settled_to(void)
 	}
 }
 
+/* A step so long that the system hardly knows the mean: u becomes it, of each of two pieces, and a source's warmth is
+ * added to the digit. */
+static void long_steps_lose_no_heat(void)
+{
+	enum { SIDE = 20, N = 2 * SIDE * SIDE };
+	static double points[3 * N], u[2 * N], source[2 * N];
+	for (size_t i = 0; i < N; i++) {
+		size_t k = i % (N / 2);
+		points[3 * i] = (double)(k % SIDE) + 0.3 * sin((double)i);
+		points[3 * i + 1] = (double)(k / SIDE) + 0.3 * cos(3.0 * (double)i);
+		points[3 * i + 2] = i < N / 2 ? 0 : 100;
+		source[2 * i + 1] = i < N / 2 ? 0 : 1e-9;
+	}
+	const struct gnp_cloud cloud = {N, points, NULL};
+	for (int scheme = GNP_HEAT_BACKWARD_EULER; scheme <= GNP_HEAT_TR_BDF2; scheme++) {
+		const struct gnp_heat_options heat = {.dt = 1e11, .steps = 3, .scheme = scheme};
+		struct gnp_poisson_options options = gnp_poisson_defaults();
+		struct gnp_poisson *poisson = NULL;
+		options.laplacian.system = GNP_SYSTEM_SYMMETRIC;
+		CHECK(gnp_heat_prepare(&cloud, &options, &heat, pool, NULL, &poisson, NULL) == GNP_OK);
+		const struct gnp_domain *domain = gnp_poisson_domain(poisson);
+		double heated = 0, area = 0, least = INFINITY, most = -INFINITY;
+		for (size_t i = 0; i < N; i++) {
+			size_t point = domain->prepared.order[i];
+			u[2 * point] = u[2 * point + 1] = point < N / 2 && points[3 * point] < 7;
+			heated += domain->area[i] * u[2 * point];
+			area += point < N / 2 ? domain->area[i] : 0;
+		}
+		const struct gnp_heat_field field = {.count = 2, .u = u, .source = source};
+		CHECK(gnp_heat_run(poisson, &heat, &field, pool, NULL, NULL) == GNP_OK);
+		for (size_t i = 0; i < N; i++) {
+			double rest = i < N / 2 ? heated / area : 0;
+			least = fmin(least, u[2 * i] - rest);
+			most = fmax(most, u[2 * i] - rest);
+			CHECK_NEAR(u[2 * i + 1], i < N / 2 ? rest : 300, 1e-6);
+		}
+		CHECK_AT_MOST(-least, 1e-9);
+		CHECK_AT_MOST(most, 1e-9);
+		gnp_poisson_release(poisson);
+	}
+}
+
 static void a_step_that_is_none_is_refused(void)
 {
 	struct gnp_cloud cloud = {0, NULL, NULL};
@@ -149,7 +191,8 @@ static void a_step_that_is_none_is_refused(void)
 int main(int argc, char **argv)
 {
 	static const struct test tests[] = {TEST(a_step_is_that_of_implicit_euler), TEST(a_source_warms_at_its_rate),
-	                                    TEST(a_step_that_is_none_is_refused), TEST(schemes_are_of_their_order),
+	                                    TEST(a_step_that_is_none_is_refused), TEST(long_steps_lose_no_heat),
+	                                    TEST(schemes_are_of_their_order),
 	                                    TEST(fixed_values_are_kept_and_settled_to)};
 	gnp_linalg_init();
 	if (gnp_pool_create(0, &pool, NULL) != GNP_OK)
