@@ -13,6 +13,13 @@
 /* FLANN's index, and what orienting takes beside the normals (samples, their graph, its order), as measured: bytes a point. */
 enum { INDEX = 56, ORIENTING = 240 };
 
+gnp_status gnp_prepared_index(struct gnp_prepared *prepared, struct gnp_error *error)
+{
+	gnp_neighbors_free(prepared->neighbors);
+	prepared->neighbors = NULL;
+	return gnp_neighbors_build(prepared->points, prepared->count, &prepared->neighbors, error);
+}
+
 void gnp_prepared_clear(struct gnp_prepared *prepared)
 {
 	free(prepared->order);

@@ -35,6 +35,8 @@ gnp_status gnp_prepare_fitted(const struct gnp_cloud *cloud, struct gnp_pool *po
 /* The same without normals, which are NULL: for what goes by distances alone. */
 gnp_status gnp_prepare_points(const struct gnp_cloud *cloud, struct gnp_task *task, struct gnp_prepared *out,
                               struct gnp_error *error);
+/* Anew, of points that have moved. On failure there is no index. */
+gnp_status gnp_prepared_index(struct gnp_prepared *prepared, struct gnp_error *error);
 void gnp_prepared_clear(struct gnp_prepared *prepared);
 
 /* Bytes a prepared cloud of count points holds, and the most that gnp_prepare may allocate to make it; given: it comes with normals. */

@@ -215,13 +215,6 @@ static gnp_status even_out(struct work *w, struct gnp_error *error)
 
 /* ---- Start, rounds and end ---- */
 
-static gnp_status index_again(struct work *w, struct gnp_error *error)
-{
-	gnp_neighbors_free(w->now.neighbors);
-	w->now.neighbors = NULL;
-	return gnp_neighbors_build(w->now.points, w->now.count, &w->now.neighbors, error);
-}
-
 static gnp_status begin(struct work *w, const struct gnp_cloud *cloud, const unsigned char *fixed,
                         struct gnp_error *error)
 {
@@ -251,13 +244,13 @@ static gnp_status begin(struct work *w, const struct gnp_cloud *cloud, const uns
 
 static gnp_status go_round(struct work *w, int round, struct gnp_error *error)
 {
-	gnp_status status = round ? index_again(w, error) : GNP_OK;
+	gnp_status status = round ? gnp_prepared_index(&w->now, error) : GNP_OK;
 	if (status == GNP_OK)
 		status = gnp_task_check(w->task, error);
 	if (status == GNP_OK)
 		status = project(w, round == 0, error);
 	if (status == GNP_OK)
-		status = index_again(w, error);
+		status = gnp_prepared_index(&w->now, error);
 	return status == GNP_OK ? even_out(w, error) : status;
 }
 

@@ -50,14 +50,6 @@ static gnp_status take_normals(struct gnp_prepared *prepared, const double *fitt
 	return GNP_OK;
 }
 
-/* Points have moved: what was indexed is no more. */
-static gnp_status index_again(struct gnp_prepared *prepared, struct gnp_error *error)
-{
-	gnp_neighbors_free(prepared->neighbors);
-	prepared->neighbors = NULL;
-	return gnp_neighbors_build(prepared->points, prepared->count, &prepared->neighbors, error);
-}
-
 static gnp_status settle(const struct gnp_domain_options *options, struct gnp_pool *pool, struct gnp_task *task,
                          struct gnp_domain *domain, struct gnp_error *error)
 {
@@ -70,7 +62,7 @@ static gnp_status settle(const struct gnp_domain_options *options, struct gnp_po
 	status = take_normals(&domain->prepared, estimate.values[GNP_NORMALS], error);
 	if (status == GNP_OK && options->project) {
 		take_rows(&domain->prepared, estimate.values[GNP_POINTS], domain->prepared.points);
-		status = index_again(&domain->prepared, error);
+		status = gnp_prepared_index(&domain->prepared, error);
 	}
 	domain->patches = estimate.patches;
 	domain->degenerate = estimate.degenerate;
